@@ -1,0 +1,5 @@
+"""`python -m softbrake`."""
+
+from softbrake.cli import app
+
+app(prog_name="softbrake")

@@ -1,0 +1,168 @@
+"""Case -> Model, State, Sweep: the one place that allocates their arrays."""
+
+from math import inf, pi, sin
+
+import numpy as np
+
+from softbrake.case import Case
+from softbrake.state import (
+    Belts,
+    Cells,
+    Edges,
+    Fabric,
+    Floats,
+    History,
+    Model,
+    Nodes,
+    Peak,
+    Pressure,
+    PressureLaw,
+    Rows,
+    Scheme,
+    State,
+    Sweep,
+    Tops,
+    Work,
+)
+
+
+def build_model(case: Case) -> Model:
+    """Return the constants of a case on its grid.
+
+    The unloaded shell is the prism through n2 columns of the cylinder, so its cloth is unstretched at the start. A node has
+    the mass of the cloth halfway to its neighbours, and of the belts there; a belt is shared by the rows in proportion to the
+    part of its width that lies in each one's half cells.
+    """
+    n1, n2 = case.grid.generatrix, case.grid.hoop
+    radius = 0.5 * case.shell.diameter
+    h1 = case.shell.height / n1
+    h2 = 2.0 * radius * sin(pi / n2)
+    cloth = case.fabric
+    contraction = 1.0 - cloth.nu12 * cloth.nu21
+    fabric = Fabric(
+        h1=h1,
+        h2=h2,
+        c11=cloth.E11 / contraction,
+        c22=cloth.E22 / contraction,
+        c12=cloth.nu21 * cloth.E22 / contraction,
+        c21=cloth.nu12 * cloth.E11 / contraction,
+        g12=cloth.G12,
+        viscosity=cloth.viscosity,
+        floor=0.0 if cloth.slack == "cut" else -inf,
+        true_tension=1.0 if cloth.law == "true_tension" else 0.0,
+    )
+    share = np.full(n1 + 1, h1)
+    share[[0, -1]] *= 0.5
+    line_mass = cloth.areal_density * share
+    belts = Belts(*(np.zeros(n1 + 1) for _ in Belts._fields))
+    # Belt and fabric each have the Poisson coupling of (2.9), but T11 knows nothing of the belt: a potential allows neither.
+    coupling = fabric.c21 * fabric.true_tension
+    for belt in case.belts:
+        width = _overlap(belt.height, belt.width, n1, h1)
+        part = width / belt.width
+        line_mass += belt.line_density * part
+        belts.width[:] += width
+        belts.stiffness[:] += belt.stiffness / contraction * part
+        belts.coupling[:] += coupling * width
+        belts.viscosity[:] += cloth.viscosity * width
+    law = case.pressure
+    return Model(
+        n1=n1,
+        n2=n2,
+        stride=n2 + 2,
+        scheme=int(Scheme[case.model.scheme.upper()]),
+        courant=case.time.courant,
+        end=case.time.end,
+        gravity=case.gravity,
+        cargo_mass=case.cargo.mass,
+        cover_area=0.5 * n2 * radius * radius * sin(2.0 * pi / n2),
+        areal_density=cloth.areal_density,
+        mass=line_mass * h2,
+        fabric=fabric,
+        belts=belts,
+        pressure=Pressure(
+            law=int(PressureLaw[law.law.upper()]),
+            value=law.value,
+            peak_time=law.peak_time,
+            end_time=law.end_time,
+            times=np.array(law.times, float),
+            values=np.array(law.values, float),
+            damping=law.damping,
+        ),
+    )
+
+
+def build_state(case: Case, model: Model) -> State:
+    """Return the state at first contact: unloaded shell, all of it falling with the cargo but the row on the ground."""
+    angle = 2.0 * pi * (np.arange(model.stride) - 1) / model.n2
+    radius = 0.5 * case.shell.diameter
+    rows = np.ones((model.n1 + 1, 1))
+    height = np.linspace(0.0, case.shell.height, model.n1 + 1)[:, None] + 0.0 * angle
+    fall = np.where(height > 0.0, -case.cargo.velocity, 0.0)
+    nodes = Nodes(
+        x=(rows * radius * np.cos(angle)).ravel(),
+        y=(rows * radius * np.sin(angle)).ravel(),
+        z=height.ravel(),
+        u=np.zeros(height.size),
+        v=np.zeros(height.size),
+        w=fall.ravel(),
+    )
+    now = np.zeros(len(History))
+    now[History.HEIGHT] = case.shell.height
+    now[History.VELOCITY] = -case.cargo.velocity
+    moving = model.cargo_mass + model.n2 * model.mass[1:].sum()
+    now[History.KINETIC_ENERGY] = 0.5 * moving * case.cargo.velocity**2
+    return State(
+        nodes=nodes,
+        now=now,
+        steps=np.zeros(1, np.int64),
+        stable_step=np.zeros(1),
+        last_step=np.zeros(1),
+        kinetic_start=np.array([now[History.KINETIC_ENERGY]]),
+        peaks=np.zeros((len(Peak), 3)),
+        work=Work(*(np.zeros(model.n2) for _ in Work._fields)),
+    )
+
+
+def build_sweep(model: Model) -> Sweep:
+    """Return the scratch arrays of a step."""
+    n2, stride = model.n2, model.stride
+    return Sweep(
+        generatrix=Edges(*_rows(2, stride, Edges._fields)),
+        hoop=Edges(*_rows(3, stride, Edges._fields)),
+        belt=Edges(*_rows(1, stride, Edges._fields)),
+        cells=Cells(*_rows(2, stride, Cells._fields)),
+        force=Rows(*_rows(2, stride, Rows._fields)),
+        area=Rows(*_rows(2, stride, Rows._fields)),
+        mean=Rows(*_rows(2, stride, Rows._fields)),
+        pressure=np.zeros(n2),
+        tops=Tops(*(np.zeros(n2) for _ in Tops._fields)),
+        kinetic=np.zeros(n2),
+        impulse=np.zeros(n2),
+    )
+
+
+def grid_view(flat: Floats, model: Model) -> Floats:
+    """Return a flat array of the nodes as a view of shape (n1+1, n2), without the copied columns."""
+    return flat.reshape(model.n1 + 1, model.stride)[:, 1:-1]
+
+
+def initial_energy(case: Case, model: Model) -> float:
+    """Return kinetic plus potential energy (J) at the start, heights counted from the ground."""
+    heights = np.linspace(0.0, case.shell.height, model.n1 + 1)
+    mass = model.n2 * model.mass
+    mass[-1] += model.cargo_mass
+    return float(0.5 * mass[1:].sum() * case.cargo.velocity**2 + case.gravity * (mass @ heights))
+
+
+def _rows(count: int, stride: int, fields: tuple[str, ...]) -> list[Floats]:
+    return [np.zeros(count * stride) for _ in fields]
+
+
+def _overlap(height: float, width: float, n1: int, h1: float) -> Floats:
+    """Width (m) of a belt within each row's share of the generatrix."""
+    middle = np.arange(n1 + 1) * h1
+    lower = np.maximum(middle - 0.5 * h1, height - 0.5 * width)
+    upper = np.minimum(middle + 0.5 * h1, height + 0.5 * width)
+    shared = np.maximum(upper - lower, 0.0)
+    return np.where(shared > 1e-9 * width, shared, 0.0)

@@ -1,0 +1,367 @@
+"""Case file -> frozen dataclasses in SI units; every message a user can get about input."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import Any, Literal
+
+from softbrake.checker import Checker, Values, last_given, listed
+from softbrake.keys import ALTERNATIVES, BELTS, LAW, LISTED_BELT, PRESSURE, SECTIONS, TOP, schema, starter
+from softbrake.overrides import apply_override
+from softbrake.yamlnodes import Node, Place, YamlError, join, parse
+
+__all__ = [
+    "Belt",
+    "Cargo",
+    "Case",
+    "CaseError",
+    "Fabric",
+    "Grid",
+    "Model",
+    "Output",
+    "Pressure",
+    "Shell",
+    "Time",
+    "case_to_dict",
+    "load_case",
+    "parse_case",
+    "schema",
+    "starter",
+]
+
+
+@dataclass(frozen=True)
+class Shell:
+    """Cut cylinder between the covers."""
+
+    diameter: float  # m, of the unloaded shell and of the covers
+    height: float  # m, cutting height l1
+
+
+@dataclass(frozen=True)
+class Fabric:
+    """Cloth of the shell, Eq. (2.9)."""
+
+    E11: float  # N/m, along the generatrix
+    E22: float  # N/m, around the hoop
+    nu12: float
+    nu21: float
+    G12: float  # N/m, shear
+    areal_density: float  # kg/m^2, unloaded
+    viscosity: float  # N s/m, resolved from damping_ratio where that was given
+    law: Literal["true_tension", "nominal_tension"]
+    slack: Literal["cut", "compression"]
+
+
+@dataclass(frozen=True)
+class Belt:
+    """Ring belt sewn on the fabric, Eq. (2.3); acts besides the fabric below it."""
+
+    height: float  # m, of the belt's middle above the lower cover, unloaded
+    stiffness: float  # N, E2: force per unit elongation
+    line_density: float  # kg/m, unloaded
+    width: float  # m, reduced width
+
+
+@dataclass(frozen=True)
+class Cargo:
+    """Rigid body on the upper cover, Eq. (2.4)."""
+
+    mass: float  # kg
+    velocity: float  # m/s at first contact, downwards positive
+
+
+@dataclass(frozen=True)
+class Pressure:
+    """Excess pressure law: constant, Eq. (2.10) or a table; damped by Eq. (2.11)."""
+
+    law: Literal["constant", "sine", "table"]
+    value: float  # Pa: the constant, or P_max of (2.10); 0 for a table
+    peak_time: float  # s, of P_max (sine), else 0
+    end_time: float  # s, end of the pressure (sine), else 0
+    times: tuple[float, ...]  # s, increasing (table), else empty
+    values: tuple[float, ...]  # Pa, same length as times
+    damping: float  # s/m, nu^n of (2.11)
+
+
+@dataclass(frozen=True)
+class Grid:
+    """Cells of the full shell."""
+
+    generatrix: int
+    hoop: int
+
+
+@dataclass(frozen=True)
+class Time:
+    """Step and end of the run."""
+
+    courant: float  # Courant coefficient of (3.3); 1 is the limit of the undamped linear scheme
+    end: float  # s
+
+
+@dataclass(frozen=True)
+class Model:
+    """Numerical model."""
+
+    scheme: Literal["edge", "cell"]  # cell is (3.2) as printed
+
+
+@dataclass(frozen=True)
+class Output:
+    """What the result file keeps."""
+
+    snapshot_interval: float  # s between pictures of the whole shell
+    history_interval: int  # steps between rows of /history
+
+
+@dataclass(frozen=True)
+class Case:
+    """One drop, checked and in SI units."""
+
+    title: str
+    gravity: float  # m/s^2, downwards
+    shell: Shell
+    fabric: Fabric
+    belts: tuple[Belt, ...]
+    cargo: Cargo
+    pressure: Pressure
+    grid: Grid
+    time: Time
+    model: Model
+    output: Output
+
+
+class CaseError(Exception):
+    """A case file or an override has faults; `faults` holds a message for each, in the order of the file."""
+
+    def __init__(self, faults: Sequence[str]) -> None:
+        super().__init__(faults)
+        self.faults = list(faults)
+
+    def __str__(self) -> str:
+        return "\n".join(self.faults)
+
+
+def load_case(path: str | Path, overrides: Sequence[str] = ()) -> Case:
+    """Read a case file.
+
+    overrides: texts such as `fabric.E=18.75kN/m`, applied in turn to the keys of the file.
+    Raises CaseError with all faults of the file and the overrides.
+    """
+    try:
+        content = Path(path).read_bytes()
+    except OSError as error:
+        raise CaseError([f"{path}: {error.strerror or error}; a case file is wanted"]) from None
+    try:
+        text = content.decode("utf-8-sig")
+    except UnicodeDecodeError as error:
+        before = content[: error.start]
+        line, column = before.count(b"\n") + 1, error.start - before.rfind(b"\n")
+        fault = f"{path}:{line}:{column}: byte 0x{content[error.start]:02x} is not UTF-8; a text file in UTF-8 is wanted"
+        raise CaseError([fault]) from None
+    return parse_case(text, str(path), overrides)
+
+
+def parse_case(text: str, name: str, overrides: Sequence[str] = ()) -> Case:
+    """Read the text of a case file; `name` stands in messages and gives the default title. Raises CaseError."""
+    check = _CaseChecker()
+
+    def place_of(line: int, column: int) -> Place:
+        return Place((0, line, column), f"{name}:{line + 1}:{column + 1}")
+
+    try:
+        root = parse(text, place_of, check.fault)
+    except YamlError as error:
+        check.fault(error.place, "", str(error), "valid YAML is wanted")
+        raise CaseError(check.messages()) from None
+    if root is None or not isinstance(root.value, dict):
+        place = root.place if root else place_of(0, 0)
+        check.fault(place, "", "not a mapping" if root else "an empty file", "sections such as 'shell:' are wanted")
+        raise CaseError(check.messages())
+    for index, override in enumerate(overrides):
+        apply_override(root, override, Place((1, index, 0), f"--set {override}"), check.fault)
+    case = check.case(root, Path(name).stem)
+    if case is None:
+        raise CaseError(check.messages())
+    return case
+
+
+def case_to_dict(case: Case) -> dict[str, Any]:
+    """The resolved case in SI numbers, in the sections of a case file: written as JSON, it is one that gives an equal Case."""
+    sections = asdict(case)
+    sections["belts"] = list(sections["belts"])
+    keys = ("law", *(key.name for key in PRESSURE[case.pressure.law]))
+    pressure = {name: sections["pressure"][name] for name in keys}
+    sections["pressure"] = {name: list(value) if isinstance(value, tuple) else value for name, value in pressure.items()}
+    return sections
+
+
+class _CaseChecker(Checker):
+    def case(self, root: Node, stem: str) -> Case | None:
+        """The checked case, None if there are faults."""
+        top = self.section(root, "", TOP, others=SECTIONS)
+        shell = self.named(root, "shell")
+        fabric = self.fabric(root, shell)
+        grid = self.named(root, "grid")
+        belts = self.belts(root, shell, fabric, grid)
+        cargo = self.named(root, "cargo")
+        pressure = self.pressure(root, shell, cargo, top)
+        time = self.named(root, "time")
+        model = self.named(root, "model")
+        output = self.named(root, "output")
+        if self.faults:
+            return None
+        return Case(
+            title=top.get("title", stem),
+            gravity=top["gravity"],
+            shell=Shell(**shell),
+            fabric=Fabric(**fabric),
+            belts=belts,
+            cargo=Cargo(**cargo),
+            pressure=pressure,
+            grid=Grid(**grid),
+            time=Time(**time),
+            model=Model(**model),
+            output=Output(**{"snapshot_interval": time["end"] / 150, **output}),
+        )
+
+    def fabric(self, root: Node, shell: Values) -> Values:
+        node = self.member(root, "fabric")
+        if node is None:
+            return {}
+        fabric = self.section(node, "fabric", SECTIONS["fabric"], ALTERNATIVES["fabric"])
+        if "E" in fabric:
+            fabric["E11"] = fabric["E22"] = fabric.pop("E")
+        if not {"nu12", "nu21", "E11", "E22"} <= fabric.keys():
+            return fabric
+        nu12, nu21, E11, E22 = (fabric[name] for name in ("nu12", "nu21", "E11", "E22"))
+        if nu12 * nu21 >= 1:
+            place, where = last_given(node, "fabric", ["nu12", "nu21"])
+            self.fault(place, where, f"nu12*nu21 = {nu12 * nu21:.6g}", "a product < 1 is wanted")
+        elif fabric.get("law") == "nominal_tension" and not math.isclose(nu12 * E11, nu21 * E22, rel_tol=1e-9):
+            place, where = last_given(node, "fabric", ["law", "nu12", "nu21", "E", "E11", "E22"])
+            fault = f"nu12*E11 = {nu12 * E11:.6g} N/m is not nu21*E22 = {nu21 * E22:.6g} N/m, so nominal_tension has no potential"
+            self.fault(place, where, fault, f"nu21: {nu12 * E11 / E22:.15g} or law: true_tension is wanted")
+        elif {"damping_ratio", "areal_density"} <= fabric.keys() and "diameter" in shell:
+            # of the critical damping of the hoop's breathing mode
+            stiffness = fabric["areal_density"] * E22 / (1 - nu12 * nu21)
+            fabric["viscosity"] = fabric.pop("damping_ratio") * shell["diameter"] * math.sqrt(stiffness)
+        return fabric
+
+    def belts(self, root: Node, shell: Values, fabric: Values, grid: Values) -> tuple[Belt, ...]:
+        assert isinstance(root.value, dict)
+        node = root.value.get("belts")
+        if node is None:
+            return ()
+        if isinstance(node.value, list):
+            belts = []
+            for number, item in enumerate(node.value):
+                path = join("belts", number)
+                values = self.section(item, path, LISTED_BELT, ALTERNATIVES["belts"])
+                if {"height", "width"} <= values.keys():
+                    self.fits(item, path, values, shell, grid)
+                if not self.faults:
+                    belts.append(_belt(values["height"], values, fabric))
+            return tuple(belts)
+        count = node.value.get("count") if isinstance(node.value, dict) else None
+        no_belts = count is not None and count.value == 0
+        values = self.section(node, "belts", BELTS, ALTERNATIVES["belts"], complete=not no_belts)
+        if {"count", "width"} <= values.keys():
+            self.stack_fits(node, values, shell, grid)
+        if self.faults:
+            return ()
+        height = shell["height"]
+        return tuple(_belt(height * k / (values["count"] + 1), values, fabric) for k in range(1, values["count"] + 1))
+
+    def fits(self, node: Node, path: str, belt: Values, shell: Values, grid: Values) -> None:
+        """The rows of nodes on the covers are rigid: a belt keeps half a cell off them."""
+        if "height" not in shell or "generatrix" not in grid:
+            return
+        lowest = belt["width"] / 2 + shell["height"] / grid["generatrix"] / 2
+        highest = shell["height"] - lowest
+        place, where = last_given(node, path, ["height", "width"])
+        if lowest > highest:
+            widest = shell["height"] - shell["height"] / grid["generatrix"]
+            self.fault(place, where, "the belt is wider than the room between the covers", f"a width < {widest:.6g} m is wanted")
+        elif abs(belt["height"] - shell["height"] / 2) > (highest - lowest) / 2 + 1e-9 * shell["height"]:
+            fault = "the belt comes closer than half a grid cell to a cover"
+            self.fault(place, where, fault, f"a height from {lowest:.6g} m to {highest:.6g} m is wanted for this width")
+
+    def stack_fits(self, node: Node, belts: Values, shell: Values, grid: Values) -> None:
+        """As `fits`, for belts at uniform spacing."""
+        if belts["count"] == 0 or "height" not in shell or "generatrix" not in grid:
+            return
+        widest = 2 * shell["height"] / (belts["count"] + 1) - shell["height"] / grid["generatrix"]
+        if widest <= 0:
+            place, where = last_given(node, "belts", ["count"])
+            fault = "the outer belts come closer than half a grid cell to the covers"
+            self.fault(place, where, fault, f"a count up to {2 * grid['generatrix'] - 2} is wanted on this grid")
+        elif belts["width"] > widest * (1 + 1e-9):
+            place, where = last_given(node, "belts", ["count", "width"])
+            fault = "the outer belts come closer than half a grid cell to the covers"
+            self.fault(place, where, fault, f"a width up to {widest:.6g} m is wanted for this count")
+
+    def pressure(self, root: Node, shell: Values, cargo: Values, top: Values) -> Pressure:
+        none = Pressure("constant", 0.0, 0.0, 0.0, (), (), 0.0)
+        node = self.member(root, "pressure")
+        if node is None:
+            return none
+        members = node.value if isinstance(node.value, dict) else {}
+        law = members["law"].value if "law" in members else None
+        if not isinstance(law, str) or law not in PRESSURE:
+            self.section(node, "pressure", SECTIONS["pressure"], complete=False)
+            if isinstance(node.value, dict) and "law" not in members:
+                self.fault(node.key, "pressure.law", "missing", f"{LAW.wanted} is wanted")
+            return none
+        keys = (LAW, *PRESSURE[law])
+        foreign = {key.name for key in SECTIONS["pressure"]} - {key.name for key in keys}
+        for name in foreign & members.keys():
+            self.fault(members[name].key, join("pressure", name), f"not a key of the {law} law", f"{listed(keys)} are wanted")
+        values = self.section(node, "pressure", keys, others=foreign)
+        if law == "table":
+            self.table(node, values)
+        elif law == "sine" and {"height", "diameter", "mass", "velocity", "gravity"} <= {*shell, *cargo, *top}:
+            self.full_stop(node, values, shell, cargo, top["gravity"])
+        if self.faults:
+            return none
+        return Pressure(**{**asdict(none), **values})
+
+    def table(self, node: Node, values: Values) -> None:
+        times = values.get("times")
+        if times is None:
+            return
+        assert isinstance(node.value, dict)
+        items = node.value["times"].value
+        assert isinstance(items, list)
+        for number in range(1, len(times)):
+            if times[number] <= times[number - 1]:
+                wanted = f"a time > {times[number - 1]:g} s is wanted"
+                self.fault(items[number].place, f"pressure.times.{number}", "not later than the time before it", wanted)
+        if "values" in values and len(values["values"]) != len(times):
+            place, where = last_given(node, "pressure", ["values", "times"])
+            self.fault(place, where, f"{len(values['values'])} values for {len(times)} times", "a value for each time is wanted")
+
+    def full_stop(self, node: Node, values: Values, shell: Values, cargo: Values, gravity: float) -> None:
+        """Defaults of the sine law by section 2.2: mean pressure P = m (g l1 + V²/2)/(F l1) absorbs the energy of the cargo."""
+        mass, velocity, height = cargo["mass"], cargo["velocity"], shell["height"]
+        assert isinstance(node.value, dict)
+        if "value" not in node.value:
+            area = math.pi * shell["diameter"] ** 2 / 4
+            values["value"] = math.pi / 2 * mass * (gravity * height + velocity**2 / 2) / (area * height)
+        if "end_time" not in node.value:
+            values["end_time"] = 2 * height / velocity  # V/(P F/m - g) with this P
+        if {"peak_time", "end_time"} <= values.keys() and values["end_time"] <= values["peak_time"]:
+            place, where = last_given(node, "pressure", ["peak_time", "end_time"])
+            fault = f"peak_time {values['peak_time']:.6g} s is not before end_time {values['end_time']:.6g} s"
+            self.fault(place, where, fault, "peak_time < end_time is wanted")
+
+
+def _belt(height: float, belt: Values, fabric: Values) -> Belt:
+    width = belt["width"]
+    stiffness = belt["stiffness"] if "stiffness" in belt else belt["layers"] * fabric["E22"] * width
+    line_density = belt["line_density"] if "line_density" in belt else belt["layers"] * fabric["areal_density"] * width
+    return Belt(height, stiffness, line_density, width)

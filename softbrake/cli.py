@@ -1,0 +1,230 @@
+"""Commands. Everything slow is imported inside the command that needs it."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, NoReturn
+
+import typer
+
+from softbrake import __version__
+
+if TYPE_CHECKING:
+    from softbrake.case import Case
+    from softbrake.summary import Summary
+
+FAILED, BAD_INPUT, INTERRUPTED = 1, 2, 130
+
+app = typer.Typer(
+    help="Braking of a falling cargo by an inflatable shell of fabric and ring belts.",
+    no_args_is_help=True,
+    add_completion=False,
+    rich_markup_mode=None,
+    pretty_exceptions_enable=False,
+)
+
+CaseFile = Annotated[Path, typer.Argument(metavar="CASE", help="Case file (YAML).")]
+ResultPath = Annotated[Path, typer.Argument(metavar="RESULT", help="Result file of a run (*.vtkhdf).")]
+Overrides = Annotated[
+    list[str] | None,
+    typer.Option("--set", metavar="PATH=VALUE", help="Replace a value of the case, as fabric.E=18.75kN/m. Repeatable."),
+]
+Json = Annotated[bool, typer.Option("--json", help="Print one JSON object.")]
+Dimensionless = Annotated[bool, typer.Option("--dimensionless", help="Tensions also in the paper's dimensionless form.")]
+
+
+def _fail(message: object, code: int = BAD_INPUT) -> NoReturn:
+    typer.echo(str(message), err=True)
+    raise typer.Exit(code)
+
+
+def _print_version(wanted: bool) -> None:
+    if wanted:
+        typer.echo(f"softbrake {__version__}")
+        raise typer.Exit
+
+
+@app.callback()
+def main(
+    version: Annotated[
+        bool, typer.Option("--version", callback=_print_version, is_eager=True, help="Print the version and exit.")
+    ] = False,
+) -> None:
+    pass
+
+
+@app.command()
+def run(
+    case_file: CaseFile,
+    overrides: Overrides = None,
+    json: Json = False,
+    output: Annotated[
+        Path | None, typer.Option("--output", "-o", metavar="FILE", help="Result file; default: CASE's name with .vtkhdf, here.")
+    ] = None,
+    no_results: Annotated[bool, typer.Option("--no-results", help="Write no result file.")] = False,
+    dimensionless: Dimensionless = False,
+    quiet: Annotated[bool, typer.Option("--quiet", "-q", help="No progress.")] = False,
+) -> None:
+    """Simulate the drop of a case file."""
+    if no_results and output is not None:
+        _fail("--output and --no-results exclude each other")
+    case = _load(case_file, overrides)
+    results = None if no_results else output or Path(f"{case_file.stem}.vtkhdf")
+    if results is not None:
+        _check_writable(results, case_file)
+
+    from softbrake import console
+    from softbrake.results import ResultError, tension_scale
+    from softbrake.run import Diverged, kernels_cached
+    from softbrake.run import run as simulate
+
+    scale = tension_scale(case) if dimensionless else None
+    _check_scale(scale)
+    if not quiet and not kernels_cached():
+        typer.echo("compiling kernels (first run only, about 15 s) ...", err=True)
+    try:
+        with console.progress(case.shell.height, quiet=quiet) as callback:
+            summary = simulate(case, results=results, progress=callback)
+    except Diverged as error:
+        _fail(error, FAILED)
+    except ResultError as error:
+        _fail(error)
+    except OSError as error:  # disk full, folder gone
+        _fail(f"{results}: {error}", FAILED)
+    except KeyboardInterrupt:  # before the first step: there is nothing to keep
+        _fail("interrupted", INTERRUPTED)
+    _show(summary, json, scale)
+    if summary.outcome == "interrupted":
+        raise typer.Exit(INTERRUPTED)
+
+
+@app.command()
+def check(case_file: CaseFile, overrides: Overrides = None) -> None:
+    """Check a case file and print what it means, without running it."""
+    case = _load(case_file, overrides)
+    heights = ", ".join(f"{belt.height:.4g}" for belt in case.belts)
+    free_fall = (case.cargo.velocity**2 + 2 * case.gravity * case.shell.height) ** 0.5
+    typer.echo(
+        f"{case_file}: OK\n"
+        f"  {case.title}\n"
+        f"  grid                {case.grid.generatrix} x {case.grid.hoop} cells (generatrix x hoop), {case.model.scheme} scheme\n"
+        f"  belts               {len(case.belts)}{f' at {heights} m' if heights else ''}\n"
+        f"  viscosity           {case.fabric.viscosity:.4g} N*s/m\n"
+        f"  free-fall velocity  {free_fall:.5f} m/s"
+    )
+
+
+@app.command()
+def schema() -> None:
+    """Print the JSON Schema of case files, for editors."""
+    import json
+
+    from softbrake import case
+
+    typer.echo(json.dumps(case.schema(), indent=2))
+
+
+@app.command()
+def init(
+    file: Annotated[Path, typer.Argument(metavar="FILE", help="File to write; - for stdout.")] = Path("case.yaml"),
+    force: Annotated[bool, typer.Option("--force", help="Replace an existing file.")] = False,
+) -> None:
+    """Write a commented starter case."""
+    from softbrake.case import starter
+
+    if str(file) == "-":
+        typer.echo(starter(), nl=False)
+        return
+    try:
+        with file.open("w" if force else "x", encoding="utf-8") as stream:
+            stream.write(starter())
+    except FileExistsError:
+        _fail(f"{file}: exists already; --force replaces it")
+    except OSError as error:
+        _fail(f"{file}: {error.strerror}")
+    typer.echo(f"{file} written; next: softbrake run {file}")
+
+
+@app.command()
+def info(result: ResultPath, json: Json = False, dimensionless: Dimensionless = False) -> None:
+    """Print the summary of a result file again."""
+    from softbrake.results import ResultError, read_history, read_summary, read_tension_scale
+
+    try:
+        summary = read_summary(result)
+        scale = read_tension_scale(result) if dimensionless else None
+        history = read_history(result)
+    except ResultError as error:
+        _fail(error)
+    if summary is not None:
+        _check_scale(scale)
+        _show(summary, json, scale)
+    else:
+        from softbrake import console
+
+        row = {name: float(history[name][-1]) for name in history.dtype.names or () if len(history)}
+        if json:
+            typer.echo(console.row_json(row))
+        else:
+            console.print_unfinished(row)
+
+
+@app.command()
+def plot(
+    result: ResultPath,
+    output: Annotated[
+        Path | None, typer.Option("--output", "-o", metavar="PICTURE", help="PNG, SVG or PDF; default: RESULT with .png.")
+    ] = None,
+    dimensionless: Dimensionless = False,
+) -> None:
+    """Draw the curves and the deformed profiles of a result file."""
+    from softbrake.plot import PlotError, plot_result
+    from softbrake.results import ResultError
+
+    picture = output or result.with_suffix(".png")
+    try:
+        plot_result(result, picture, dimensionless)
+    except (PlotError, ResultError) as error:
+        _fail(error)
+    except OSError as error:
+        _fail(f"{picture}: {error.strerror or error}")
+    typer.echo(f"{picture} written")
+
+
+def _load(path: Path, overrides: list[str] | None) -> Case:
+    from softbrake.case import CaseError, load_case
+
+    try:
+        return load_case(path, overrides or ())
+    except CaseError as error:
+        _fail(error)
+
+
+def _check_writable(results: Path, case_file: Path) -> None:
+    """Say before the run what would fail after it."""
+    import os
+
+    if results.resolve() == case_file.resolve():
+        _fail(f"{results}: is the case file; --output must name another one")
+    if results.suffix != ".vtkhdf":
+        _fail(f"{results}: the name of a result file ends in .vtkhdf, for ParaView to know it")
+    if results.is_dir():
+        _fail(f"{results}: is a folder; --output must name a file")
+    if not results.parent.is_dir():
+        _fail(f"{results}: there is no folder {results.parent}")
+    if not os.access(results.parent, os.W_OK) or (results.exists() and not os.access(results, os.W_OK)):
+        _fail(f"{results}: may not be written")
+
+
+def _check_scale(tension_scale: float | None) -> None:
+    if tension_scale == 0.0:
+        _fail("--dimensionless: the case has no pressure, and so no scale for tensions")
+
+
+def _show(summary: Summary, json: bool, tension_scale: float | None) -> None:
+    from softbrake import console
+
+    if json:
+        typer.echo(console.summary_json(summary, tension_scale))
+    else:
+        console.print_summary(summary, tension_scale)

@@ -1,0 +1,229 @@
+"""Tensions of fabric and belts, Eqs. (2.9), (2.3), and the forces they put on the nodes, Eqs. (2.2), (2.8), (3.2).
+
+An elastic tension is cut at `floor`, and so is its sum with the viscous one: slack fabric carries nothing (floor 0), or
+resists compression (floor -inf). What the cut takes from the sum counts as viscous work, which so is never positive.
+Force per unloaded width is T (1 + e) with the elongation e across for true tensions, T for nominal ones (true_tension 1, 0).
+"""
+
+from numba import uint64
+
+from softbrake.kernels.jit import kernel
+
+ONE = uint64(1)
+SMALLEST_STRETCH = 1e-12
+
+
+@kernel
+def update_generatrix_tension(fabric, generatrix, hoop, edge, lower, upper, columns):
+    """Update T11 of one row of generatrix edges. Eq. (2.9), e22 the mean of the four hoop edges around.
+
+        upper  ──e22──┬──e22──
+                     T11 e11
+        lower  ──e22──┴──e22──
+
+    Reads generatrix.e, rate, inverse at offset edge; hoop.e at offsets lower, upper.
+    Writes generatrix.tension (N/m), force and elastic (N/m: edge force over edge length).
+    """
+    for j in range(uint64(columns)):
+        c = edge + j
+        a = lower + j
+        b = upper + j
+        across = 0.25 * (hoop.e[a - ONE] + hoop.e[a] + hoop.e[b - ONE] + hoop.e[b])
+        hooke = fabric.c11 * generatrix.e[c] + fabric.c12 * across
+        elastic = max(hooke, fabric.floor)
+        tension = max(hooke + fabric.viscosity * generatrix.rate[c], fabric.floor)
+        per_length = fabric.h2 * (1.0 + fabric.true_tension * across) * generatrix.inverse[c]
+        generatrix.tension[c] = tension
+        generatrix.force[c] = tension * per_length
+        generatrix.elastic[c] = elastic * per_length
+
+
+@kernel
+def update_hoop_tension(fabric, hoop, generatrix, edge, below, above, columns):
+    """Update T22 of the hoop edges from column -1 on. Eq. (2.9), e11 the mean of the four generatrix edges around.
+
+    Reads hoop.e, rate, inverse at offset edge; generatrix.e at offsets below, above (rows i-1/2, i+1/2).
+    Writes hoop.tension (N/m), force and elastic (N/m: edge force over edge length).
+    """
+    for j in range(uint64(columns + 1)):
+        c = edge + j - ONE
+        a = below + j
+        b = above + j
+        across = 0.25 * (generatrix.e[a - ONE] + generatrix.e[a] + generatrix.e[b - ONE] + generatrix.e[b])
+        hooke = fabric.c22 * hoop.e[c] + fabric.c21 * across
+        elastic = max(hooke, fabric.floor)
+        tension = max(hooke + fabric.viscosity * hoop.rate[c], fabric.floor)
+        per_length = fabric.h1 * (1.0 + fabric.true_tension * across) * hoop.inverse[c]
+        hoop.tension[c] = tension
+        hoop.force[c] = tension * per_length
+        hoop.elastic[c] = elastic * per_length
+
+
+@kernel
+def update_belt_tension(belts, row, hoop, generatrix, belt, edge, below, above, columns):
+    """Update N22 of the belt on a row of hoop edges, from column -1 on. Eq. (2.3): slack in compression, as printed there.
+
+    Reads hoop.e, rate, inverse at offset edge; generatrix.e at offsets below, above.
+    Writes belt.tension (N/m, over the belt's width), force and elastic (N/m: edge force over edge length), from index 0 on.
+    """
+    stiffness = belts.stiffness[row]
+    coupling = belts.coupling[row]
+    viscosity = belts.viscosity[row]
+    per_width = 1.0 / belts.width[row]
+    for j in range(uint64(columns + 1)):
+        c = edge + j - ONE
+        a = below + j
+        b = above + j
+        across = 0.25 * (generatrix.e[a - ONE] + generatrix.e[a] + generatrix.e[b - ONE] + generatrix.e[b])
+        hooke = stiffness * hoop.e[c] + coupling * across
+        force = max(hooke + viscosity * hoop.rate[c], 0.0)
+        belt.tension[j] = force * per_width
+        belt.force[j] = force * hoop.inverse[c]
+        belt.elastic[j] = max(hooke, 0.0) * hoop.inverse[c]
+
+
+@kernel
+def update_cell_tension(fabric, generatrix, hoop, cells, edge, lower, upper, cell, columns):
+    """Update tensions at the centres of one row of cells from column -1 on. Eq. (3.2) as printed.
+
+    Stretches and rates are means of the cell's two edges, directions the mean edge vector over the mean stretch.
+    Reads generatrix at offset edge, hoop at lower and upper. Writes cells.force_1, force_2, elastic_1, elastic_2 (N/m: corner
+    force over the sum of the two edge vectors), and, for the report, generatrix.tension, hoop.tension (N/m) at edge, lower.
+    """
+    for j in range(uint64(columns + 1)):
+        g = edge + j - ONE
+        a = lower + j - ONE
+        b = upper + j - ONE
+        c = cell + j - ONE
+        e1 = 0.5 * (generatrix.e[g] + generatrix.e[g + ONE])
+        e2 = 0.5 * (hoop.e[a] + hoop.e[b])
+        hooke_1 = fabric.c11 * e1 + fabric.c12 * e2
+        hooke_2 = fabric.c22 * e2 + fabric.c21 * e1
+        viscous_1 = 0.5 * fabric.viscosity * (generatrix.rate[g] + generatrix.rate[g + ONE])
+        viscous_2 = 0.5 * fabric.viscosity * (hoop.rate[a] + hoop.rate[b])
+        tension_1 = max(hooke_1 + viscous_1, fabric.floor)
+        tension_2 = max(hooke_2 + viscous_2, fabric.floor)
+        per_length_1 = 0.25 * fabric.h2 / fabric.h1 * (1.0 + fabric.true_tension * e2) / max(1.0 + e1, SMALLEST_STRETCH)
+        per_length_2 = 0.25 * fabric.h1 / fabric.h2 * (1.0 + fabric.true_tension * e1) / max(1.0 + e2, SMALLEST_STRETCH)
+        generatrix.tension[g] = tension_1
+        hoop.tension[a] = tension_2
+        cells.force_1[c] = tension_1 * per_length_1
+        cells.force_2[c] = tension_2 * per_length_2
+        cells.elastic_1[c] = max(hooke_1, fabric.floor) * per_length_1
+        cells.elastic_2[c] = max(hooke_2, fabric.floor) * per_length_2
+
+
+@kernel
+def update_shear(fabric, generatrix, hoop, cells, edge, lower, upper, cell, columns):
+    """Update T12 of one row of cells from column -1 on. T12 = T21 of (2.2) = modulus times G12 = r1 r2 of (2.6).
+
+    r1 r2 is the sine of the shear angle for small elongations; with T12 √G22 e2 = T12 r2 in (2.2) it has the potential
+    1/2 modulus (r1 r2)² per unloaded area. Linear, hence not cut where the fabric is slack.
+    Reads generatrix at offset edge, hoop at lower and upper. Writes cells.shear (N/m: corner force over the edge sums).
+    """
+    modulus = fabric.g12 / (16.0 * fabric.h1 * fabric.h2)
+    for j in range(uint64(columns + 1)):
+        g = edge + j - ONE
+        a = lower + j - ONE
+        b = upper + j - ONE
+        cells.shear[cell + j - ONE] = modulus * (
+            (generatrix.x[g] + generatrix.x[g + ONE]) * (hoop.x[a] + hoop.x[b])
+            + (generatrix.y[g] + generatrix.y[g + ONE]) * (hoop.y[a] + hoop.y[b])
+            + (generatrix.z[g] + generatrix.z[g + ONE]) * (hoop.z[a] + hoop.z[b])
+        )
+
+
+@kernel
+def add_generatrix_forces(edges, force, edge, lower, upper, columns):
+    """Add the pull of one row of generatrix edges to the rows below and above. First difference of (2.8).
+
+    Reads edges.x, y, z, force at offset edge. Writes force (N) at offsets lower, upper.
+    """
+    for j in range(uint64(columns)):
+        c = edge + j
+        x = edges.force[c] * edges.x[c]
+        y = edges.force[c] * edges.y[c]
+        z = edges.force[c] * edges.z[c]
+        force.x[lower + j] += x
+        force.y[lower + j] += y
+        force.z[lower + j] += z
+        force.x[upper + j] -= x
+        force.y[upper + j] -= y
+        force.z[upper + j] -= z
+
+
+@kernel
+def add_hoop_forces(edges, pull, force, edge, first, row, columns):
+    """Add the pull of a row of hoop edges, fabric or belt, to its nodes. Second difference of (2.8), dT/ds0 of (2.3).
+
+    Reads edges.x, y, z at offset edge; pull (N/m: edge force over edge length) at offset first, that of column -1 before it.
+    Writes force (N) at offset row.
+    """
+    for j in range(uint64(columns)):
+        c = edge + j
+        right = pull[first + j]
+        left = pull[first + j - ONE]
+        force.x[row + j] += right * edges.x[c] - left * edges.x[c - ONE]
+        force.y[row + j] += right * edges.y[c] - left * edges.y[c - ONE]
+        force.z[row + j] += right * edges.z[c] - left * edges.z[c - ONE]
+
+
+@kernel
+def add_cell_forces(generatrix, hoop, pull_1, pull_2, force, edge, lower, upper, cell, force_lower, force_upper, columns):
+    """Add the corner forces of one row of cells to the rows below and above. Sums over ± of (3.2).
+
+    A corner force is pull_1 (N/m) times the sum of the cell's generatrix edges, upwards on the lower corners and downwards on
+    the upper ones, and pull_2 times the sum of its hoop edges, to the right on the left corners and to the left on the right.
+    Writes force (N) at offsets force_lower, force_upper.
+    """
+    for j in range(uint64(columns)):
+        g = edge + j
+        a = lower + j
+        b = upper + j
+        right_1 = pull_1[cell + j]
+        left_1 = pull_1[cell + j - ONE]
+        right_2 = pull_2[cell + j]
+        left_2 = pull_2[cell + j - ONE]
+        lo = force_lower + j
+        up = force_upper + j
+        x1 = right_1 * (generatrix.x[g] + generatrix.x[g + ONE]) + left_1 * (generatrix.x[g - ONE] + generatrix.x[g])
+        y1 = right_1 * (generatrix.y[g] + generatrix.y[g + ONE]) + left_1 * (generatrix.y[g - ONE] + generatrix.y[g])
+        z1 = right_1 * (generatrix.z[g] + generatrix.z[g + ONE]) + left_1 * (generatrix.z[g - ONE] + generatrix.z[g])
+        x2 = right_2 * (hoop.x[a] + hoop.x[b]) - left_2 * (hoop.x[a - ONE] + hoop.x[b - ONE])
+        y2 = right_2 * (hoop.y[a] + hoop.y[b]) - left_2 * (hoop.y[a - ONE] + hoop.y[b - ONE])
+        z2 = right_2 * (hoop.z[a] + hoop.z[b]) - left_2 * (hoop.z[a - ONE] + hoop.z[b - ONE])
+        force.x[lo] += x1 + x2
+        force.y[lo] += y1 + y2
+        force.z[lo] += z1 + z2
+        force.x[up] += x2 - x1
+        force.y[up] += y2 - y1
+        force.z[up] += z2 - z1
+
+
+@kernel
+def add_shear_forces(generatrix, hoop, pull, force, edge, lower, upper, cell, force_lower, force_upper, columns):
+    """Add the corner forces of T12 = T21 of one row of cells. Eq. (2.2), second terms of both brackets.
+
+    As add_cell_forces with the edges exchanged: pull (N/m) times the sum of the cell's hoop edges upwards on the lower corners,
+    and times the sum of its generatrix edges to the right on the left corners. Writes force (N) at the two rows.
+    """
+    for j in range(uint64(columns)):
+        g = edge + j
+        a = lower + j
+        b = upper + j
+        right = pull[cell + j]
+        left = pull[cell + j - ONE]
+        lo = force_lower + j
+        up = force_upper + j
+        x1 = right * (hoop.x[a] + hoop.x[b]) + left * (hoop.x[a - ONE] + hoop.x[b - ONE])
+        y1 = right * (hoop.y[a] + hoop.y[b]) + left * (hoop.y[a - ONE] + hoop.y[b - ONE])
+        z1 = right * (hoop.z[a] + hoop.z[b]) + left * (hoop.z[a - ONE] + hoop.z[b - ONE])
+        x2 = right * (generatrix.x[g] + generatrix.x[g + ONE]) - left * (generatrix.x[g - ONE] + generatrix.x[g])
+        y2 = right * (generatrix.y[g] + generatrix.y[g + ONE]) - left * (generatrix.y[g - ONE] + generatrix.y[g])
+        z2 = right * (generatrix.z[g] + generatrix.z[g + ONE]) - left * (generatrix.z[g - ONE] + generatrix.z[g])
+        force.x[lo] += x1 + x2
+        force.y[lo] += y1 + y2
+        force.z[lo] += z1 + z2
+        force.x[up] += x2 - x1
+        force.y[up] += y2 - y1
+        force.z[up] += z2 - z1

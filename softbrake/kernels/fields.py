@@ -1,0 +1,57 @@
+"""Fields at the nodes for pictures: stretches and tensions of the current state."""
+
+from numba import uint64
+
+from softbrake.kernels.fabric import update_cell_tension, update_generatrix_tension, update_hoop_tension
+from softbrake.kernels.geometry import update_edges
+from softbrake.kernels.jit import kernel
+from softbrake.state import Scheme
+
+ONE = uint64(1)
+
+
+@kernel
+def sample_fields(model, nodes, sweep, stretch_1, stretch_2, tension_1, tension_2):
+    """Write stretches and tensions (N/m) of the fabric at the nodes, means of what stands around them; each (n1+1, n2).
+
+    A row on a cover takes the generatrix values of the edges next to it; its hoop edges are held and carry nothing.
+    Reads model, nodes (viscous tensions from the velocities at n-1/2). Writes scratch in sweep as a step does.
+    """
+    n1, n2 = model.n1, model.n2
+    stride = uint64(model.stride)
+    fabric, g, h = model.fabric, sweep.generatrix, sweep.hoop
+    edge_scheme = model.scheme == Scheme.EDGE
+    update_edges(nodes, h, uint64(0), ONE, uint64(0), n2 + 1, fabric.h2)
+    for i in range(n1 + 1):
+        node = uint64(i) * stride + ONE
+        row = uint64(i % 2) * stride + ONE
+        below = uint64((i + 1) % 2) * stride + ONE
+        hoop = uint64(i % 3) * stride + ONE
+        hoop_above = uint64((i + 1) % 3) * stride + ONE
+        hoop_below = uint64((i + 2) % 3) * stride + ONE
+        if i < n1:
+            update_edges(nodes, g, node - ONE, stride, row - ONE, n2 + 2, fabric.h1)
+            update_edges(nodes, h, node + stride - ONE, ONE, hoop_above - ONE, n2 + 1, fabric.h2)
+            if edge_scheme:
+                update_generatrix_tension(fabric, g, h, row, hoop, hoop_above, n2)
+            else:
+                update_cell_tension(fabric, g, h, sweep.cells, row, hoop, hoop_above, row, n2)
+        if 0 < i < n1 and edge_scheme:
+            update_hoop_tension(fabric, h, g, hoop, below, row, n2)
+        up = row if i < n1 else below
+        down = below if i > 0 else row
+        for j in range(n2):
+            c = uint64(j)
+            stretch_2[i, j] = 1.0 + 0.5 * (h.e[hoop + c - ONE] + h.e[hoop + c])
+            stretch_1[i, j] = 1.0 + 0.5 * (g.e[down + c] + g.e[up + c])
+            if edge_scheme:
+                tension_1[i, j] = 0.5 * (g.tension[down + c] + g.tension[up + c])
+                on_cover = i == 0 or i == n1
+                tension_2[i, j] = 0.0 if on_cover else 0.5 * (h.tension[hoop + c - ONE] + h.tension[hoop + c])
+            else:
+                a = hoop if i < n1 else hoop_below
+                b = hoop_below if i > 0 else hoop
+                tension_1[i, j] = 0.25 * (
+                    g.tension[up + c - ONE] + g.tension[up + c] + g.tension[down + c - ONE] + g.tension[down + c]
+                )
+                tension_2[i, j] = 0.25 * (h.tension[a + c - ONE] + h.tension[a + c] + h.tension[b + c - ONE] + h.tension[b + c])

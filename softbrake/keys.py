@@ -1,0 +1,264 @@
+"""Table of the keys of a case file: it feeds the checks, the messages, the JSON Schema and the starter case."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Any
+
+from softbrake.units import PATTERN, Dimension, parse_quantity
+
+
+@dataclass(frozen=True)
+class Key:
+    """One key. Bounds and default in SI units; a key that is neither required nor has a default may be left out."""
+
+    name: str
+    kind: Dimension | type[int] | type[str] | tuple[str, ...]  # quantity, integer, text or one of these words
+    meaning: str
+    example: str  # value as the starter case writes it
+    default: float | int | str | None = None
+    computed: str = ""  # in words, a default that depends on other keys
+    required: bool = False
+    above: float | None = None
+    least: float | None = None
+    most: float | None = None
+    many: bool = False  # a list of such values
+
+    @property
+    def wanted(self) -> str:
+        """What is allowed for one value."""
+        if isinstance(self.kind, tuple):
+            return " or ".join(self.kind)
+        phrase = {int: "an integer", str: "a text"}[self.kind] if isinstance(self.kind, type) else self.kind.phrase
+        limits = ((">", self.above), (">=", self.least), ("<=", self.most))
+        bounds = " and ".join(f"{sign} {bound:g}" for sign, bound in limits if bound is not None)
+        return f"{phrase} {bounds}".rstrip() + f" such as '{self.example}'"
+
+    def convert(self, value: Any) -> float | int | str:
+        """SI value of a scalar of the file; ValueError says in words what is wrong with it."""
+        if value is None:
+            raise ValueError("no value")
+        if isinstance(value, (list, dict)):
+            raise ValueError(f"{'a list' if isinstance(value, list) else 'a mapping'} is not one value")
+        shown = f"'{value}'" if isinstance(value, str) else str(value).lower()
+        if isinstance(self.kind, tuple):
+            if value not in self.kind or not isinstance(value, str):
+                raise ValueError(f"unknown value {shown}")
+            return value
+        if self.kind is str:
+            if not isinstance(value, str):
+                raise ValueError(f"{shown} is not a text (quote it)")
+            return value
+        number = self._number(value, shown)
+        if number and not 1e-30 < abs(number) < 1e30:  # so that no formula over- or underflows later
+            raise ValueError(f"{shown[:40]} is not between 1e-30 and 1e30 in SI units")
+        if (
+            (self.above is not None and number <= self.above)
+            or (self.least is not None and number < self.least)
+            or (self.most is not None and number > self.most)
+        ):
+            raise ValueError(f"{shown} is out of range")
+        return number
+
+    def _number(self, value: str | float | bool, shown: str) -> float | int:
+        if isinstance(value, bool):
+            raise ValueError(f"{shown} is not a number")
+        if isinstance(value, str):
+            if not isinstance(self.kind, Dimension):
+                raise ValueError(f"{shown} is not an integer")
+            return parse_quantity(value, self.kind)
+        try:
+            number = float(value)
+        except OverflowError:
+            number = math.inf
+        if not math.isfinite(number):
+            raise ValueError(f"{shown[:40]} is not a finite number")
+        if self.kind is not int:
+            return number
+        if number != int(number):
+            raise ValueError(f"{shown} is not an integer")
+        return int(value)
+
+
+Alternatives = tuple[tuple[tuple[str, ...], ...], ...]  # choices; of each, exactly one group of keys must be given
+
+_DAMPING = Key("damping", Dimension.INVERSE_SPEED, "nu^n of (2.11): moving cloth feels less", "0 s/m", default=0.0, least=0)
+_BELT = (
+    Key("layers", Dimension.RATIO, "layers of the shell's fabric in a belt", "5", above=0),
+    Key("stiffness", Dimension.FORCE, "instead of layers: force per unit elongation", "1.7 kN", above=0),
+    Key("line_density", Dimension.LINE_DENSITY, "with stiffness", "4.2 g/m", above=0),
+    Key("width", Dimension.LENGTH, "of a belt along the generatrix", "16.667 mm", required=True, above=0),
+)
+BELTS = (Key("count", int, "belts at uniform spacing; 0 is allowed", "3", required=True, least=0), *_BELT)
+LISTED_BELT = (
+    Key("height", Dimension.LENGTH, "of the belt's middle above the lower cover", "0.3 m", required=True, above=0),
+    *_BELT,
+)
+PRESSURE = {
+    "constant": (Key("value", Dimension.PRESSURE, "excess pressure (constant)", "15696 Pa", required=True, least=0), _DAMPING),
+    "sine": (
+        Key("peak_time", Dimension.TIME, "of the largest pressure (sine)", "0.1 s", required=True, above=0),
+        Key("end_time", Dimension.TIME, "end of the pressure (sine)", "0.2 s", computed="full stop, 2 height/velocity", above=0),
+        Key("value", Dimension.PRESSURE, "largest pressure (sine)", "32 kPa", computed="full stop, section 2.2", least=0),
+        _DAMPING,
+    ),
+    "table": (
+        Key("times", Dimension.TIME, "increasing (table)", "[0 s, 0.1 s]", required=True, least=0, many=True),
+        Key("values", Dimension.PRESSURE, "at these times (table)", "[0 kPa, 15 kPa]", required=True, least=0, many=True),
+        _DAMPING,
+    ),
+}
+LAW = Key("law", tuple(PRESSURE), "over time; sine is (2.10)", "constant", required=True)
+
+TOP = (
+    Key("title", str, "heads the results", "My drop", computed="name of the file"),
+    Key("gravity", Dimension.ACCELERATION, "downwards", "9.80665 m/s^2", default=9.80665, least=0),
+)
+SECTIONS: dict[str, tuple[Key, ...]] = {
+    "shell": (
+        Key("diameter", Dimension.LENGTH, "of the unloaded shell and of the covers", "0.5 m", required=True, above=0),
+        Key("height", Dimension.LENGTH, "cutting height between the covers", "0.6 m", required=True, above=0),
+    ),
+    "fabric": (
+        Key("E", Dimension.TENSION, "modulus, both ways", "20 kN/m", above=0),
+        Key("E11", Dimension.TENSION, "instead of E: along the generatrix", "20 kN/m", above=0),
+        Key("E22", Dimension.TENSION, "instead of E: around the hoop", "20 kN/m", above=0),
+        Key("nu12", Dimension.RATIO, "part of the generatrix stretch the hoop feels", "0.25", default=0.0, least=0),
+        Key("nu21", Dimension.RATIO, "part of the hoop stretch the generatrix feels", "0.25", default=0.0, least=0),
+        Key("G12", Dimension.TENSION, "shear modulus", "0 N/m", default=0.0, least=0),
+        Key("areal_density", Dimension.AREAL_DENSITY, "unloaded", "0.05 kg/m^2", required=True, above=0),
+        Key("damping_ratio", Dimension.RATIO, "of critical damping of the breathing hoop", "3 %", least=0),
+        Key("viscosity", Dimension.VISCOSITY, "instead of damping_ratio: tension per stretch rate", "0.2 N*s/m", least=0),
+        Key(
+            "law",
+            ("true_tension", "nominal_tension"),
+            "the paper's (2.9), or one with a potential",
+            "true_tension",
+            default="true_tension",
+        ),
+        Key("slack", ("cut", "compression"), "what slack fabric does", "cut", default="cut"),
+    ),
+    "belts": BELTS,
+    "cargo": (
+        Key("mass", Dimension.MASS, "of the falling body", "100 kg", required=True, above=0),
+        Key("velocity", Dimension.SPEED, "downwards, at first contact", "6 m/s", required=True, above=0),
+    ),
+    "pressure": (LAW, *{key.meaning: key for keys in PRESSURE.values() for key in keys}.values()),
+    "grid": (
+        Key("generatrix", int, "cells along the generatrix", "36", default=36, least=4),
+        Key("hoop", int, "cells around the hoop", "90", default=90, least=8),
+    ),
+    "time": (
+        Key("courant", Dimension.RATIO, "Courant coefficient of the step (3.3), at most 1", "0.5", default=0.5, above=0, most=1),
+        Key("end", Dimension.TIME, "of the run, if nothing stops it before", "1 s", default=1.0, above=0),
+    ),
+    "model": (Key("scheme", ("edge", "cell"), "cell is (3.2) as printed", "edge", default="edge"),),
+    "output": (
+        Key("snapshot_interval", Dimension.TIME, "between pictures of the shell", "2 ms", computed="time.end/150", above=0),
+        Key("history_interval", int, "steps between rows of the history", "1", default=1, least=1),
+    ),
+}
+OPTIONAL_SECTIONS = {"belts", "grid", "time", "model", "output"}
+ALTERNATIVES: dict[str, Alternatives] = {
+    "fabric": ((("E",), ("E11", "E22")), (("damping_ratio",), ("viscosity",))),
+    "belts": ((("layers",), ("stiffness", "line_density")),),
+}
+
+
+def schema() -> dict[str, Any]:
+    """JSON Schema (draft 2020-12) of a case file."""
+    properties: dict[str, Any] = {key.name: _value_schema(key) for key in TOP}
+    for name, keys in SECTIONS.items():
+        properties[name] = _section_schema(keys, ALTERNATIVES.get(name, ()))
+    stack = properties["belts"]
+    choices = {"required": ["width"], "allOf": stack.pop("allOf")}
+    stack |= {"required": ["count"], "if": {"properties": {"count": {"const": 0}}}, "else": choices}
+    listed = {"type": "array", "items": _section_schema(LISTED_BELT, ALTERNATIVES["belts"])}
+    properties["belts"] = {"description": "ring belts; none when left out", "oneOf": [stack, listed]}
+    properties["pressure"] = {"oneOf": [_pressure_schema(law) for law in PRESSURE]}
+    return {
+        "$schema": "https://json-schema.org/draft/2020-12/schema",
+        "title": "softbrake case file",
+        "type": "object",
+        "properties": properties,
+        "required": [name for name in SECTIONS if name not in OPTIONAL_SECTIONS],
+        "additionalProperties": False,
+        "$defs": {"quantity": {"type": "string", "pattern": PATTERN}},
+    }
+
+
+def _pressure_schema(law: str) -> dict[str, Any]:
+    section = _section_schema((LAW, *PRESSURE[law]), ())
+    section["properties"]["law"] = {"const": law, "description": LAW.meaning}
+    return section
+
+
+def _section_schema(keys: tuple[Key, ...], alternatives: Alternatives) -> dict[str, Any]:
+    section: dict[str, Any] = {
+        "type": "object",
+        "properties": {key.name: _value_schema(key) for key in keys},
+        "required": [key.name for key in keys if key.required],
+        "additionalProperties": False,
+    }
+    if alternatives:
+        section["allOf"] = [{"oneOf": [_only(group, groups) for group in groups]} for groups in alternatives]
+    return section
+
+
+def _only(group: tuple[str, ...], groups: tuple[tuple[str, ...], ...]) -> dict[str, Any]:
+    others = [{"required": [name]} for other in groups if other != group for name in other]
+    return {"required": list(group), "not": {"anyOf": others}}
+
+
+def _value_schema(key: Key) -> dict[str, Any]:
+    value: dict[str, Any]
+    if isinstance(key.kind, tuple):
+        value = {"enum": list(key.kind)}
+    elif key.kind is str:
+        value = {"type": "string"}
+    else:
+        bounds = {"exclusiveMinimum": key.above, "minimum": key.least, "maximum": key.most}
+        value = {"type": "integer" if key.kind is int else "number"} | {k: v for k, v in bounds.items() if v is not None}
+        if isinstance(key.kind, Dimension):
+            value = {"anyOf": [value, {"$ref": "#/$defs/quantity"}]}
+    if key.many:
+        value = {"type": "array", "minItems": 2, "items": value}
+    value["description"] = _describe(key)
+    if key.default is not None:
+        value["default"] = key.default
+    elif not key.many:
+        value["examples"] = [int(key.example) if key.kind is int else key.example]
+    return value
+
+
+def _describe(key: Key) -> str:
+    """Meaning, words or SI unit, and default of a key in one line."""
+    unit = f" [{key.kind.unit}]" if isinstance(key.kind, Dimension) and key.kind.unit else ""
+    words = f" ({' | '.join(key.kind)})" if isinstance(key.kind, tuple) else ""
+    default = f"{key.default:.7g}" if isinstance(key.default, (int, float)) else key.computed or key.default
+    return key.meaning + words + unit + (f"; default {default}" if default else "")
+
+
+def starter() -> str:
+    """Text of a case file to begin with, one comment a key: meaning, SI unit, default."""
+    lines = [
+        "# yaml-language-server: $schema=case.schema.json",
+        "# The schema for your editor: softbrake schema > case.schema.json. A bare number is in the unit in brackets.",
+    ]
+    lines += [_starter_line(key, "", key.name in ("title", "gravity")) for key in TOP]
+    for name, keys in SECTIONS.items():
+        live = {key.name for key in keys if key.required or key.default is not None}
+        live |= {groups[0][0] for groups in ALTERNATIVES.get(name, ())}
+        if name == "pressure":
+            live = {"law", *(key.name for key in PRESSURE["constant"])}
+        lines.append(f"{name}:")
+        seen: set[str] = set()
+        for key in keys:
+            lines.append(_starter_line(key, "  ", key.name in live and key.name not in seen))
+            seen.add(key.name)
+    return "\n".join(lines) + "\n"
+
+
+def _starter_line(key: Key, indent: str, live: bool) -> str:
+    return f"{indent}{'' if live else '# '}{key.name}: {key.example}".ljust(34) + f"# {_describe(key)}"

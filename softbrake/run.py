@@ -1,0 +1,193 @@
+"""One drop: chunks of steps, snapshots, reasons to stop, and the answer."""
+
+from __future__ import annotations
+
+import math
+import time
+from collections.abc import Callable
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+
+from softbrake.build import build_model, build_state, build_sweep, grid_view, initial_energy
+from softbrake.case import Case
+from softbrake.kernels.fields import sample_fields
+from softbrake.kernels.jit import CACHE_FOLDER, PACKAGE, hash_sources
+from softbrake.kernels.step import advance
+from softbrake.results import ResultFile
+from softbrake.state import Floats, History, Model, Outcome, Peak, State, Sweep
+from softbrake.summary import ModelUsed, Summary, Work
+from softbrake.summary import Peak as PeakFound
+from softbrake import __version__
+
+NODE_STEPS_PER_CHUNK = 2_000_000  # about 0.1 s between chances for progress and Ctrl-C
+HISTORY_ROWS = 4096
+
+
+class Progress(NamedTuple):
+    """What a progress callback is told after each chunk of steps."""
+
+    time: float  # s
+    height: float  # m
+    velocity: float  # m/s, downwards positive
+    steps: int
+    wall_seconds: float
+    end_time: float  # s
+
+
+class Diverged(Exception):
+    """The run left what physics allows; the message names time, step, node, quantity and the likely cause."""
+
+
+def kernels_cached() -> bool:
+    """Whether a run starts at once, its kernels having been compiled before."""
+    return any(CACHE_FOLDER.rglob("step.advance-*.nbc"))
+
+
+def run(case: Case, results: str | Path | None = None, progress: Callable[[Progress], None] | None = None) -> Summary:
+    """Run a drop to impact, full stop or `time.end` and return its answer.
+
+    results: path of the result file to write, or None for none. progress: called about ten times a second.
+    Ctrl-C ends the run early with outcome "interrupted" and a whole result file.
+    Raises Diverged where the computation fails; the result file is readable up to there.
+    """
+    drop = Drop(case)
+    if results is None:
+        return drop.run(None, progress)
+    with ResultFile.create(Path(results), case, version=__version__, source_hash=hash_sources(PACKAGE)) as file:
+        return drop.run(file, progress)
+
+
+class Drop:
+    """A drop under way."""
+
+    def __init__(self, case: Case) -> None:
+        self.case = case
+        self.model: Model = build_model(case)
+        self.state: State = build_state(case, self.model)
+        self.sweep: Sweep = build_sweep(self.model)
+        self.history: Floats = np.empty((HISTORY_ROWS, len(History)))
+        self.kernel_seconds = 0.0
+
+    def advance(self, until: float = math.inf, most: int = 2**62) -> tuple[Floats, Outcome]:
+        """Advance to a time (s) or by a number of steps, whichever is first; return the new history rows and the outcome."""
+        start = time.perf_counter()
+        rows, outcome = advance(
+            self.model, self.state, self.sweep, self.history, self.case.output.history_interval, most, until
+        )
+        self.kernel_seconds += time.perf_counter() - start
+        return self.history[:rows], Outcome(outcome)
+
+    def run(self, file: ResultFile | None, progress: Callable[[Progress], None] | None) -> Summary:
+        """Advance to the end, writing history and snapshots to the file."""
+        started = time.perf_counter()
+        self.advance(most=0)  # loads or compiles the kernels
+        self.kernel_seconds = 0.0
+        most = max(NODE_STEPS_PER_CHUNK // ((self.model.n1 + 1) * self.model.n2), 1)
+        outcome, ending = Outcome.RUNNING, ""
+        snapshots = 0
+        lowest = math.inf
+        try:
+            while outcome == Outcome.RUNNING:
+                if file is not None and self.now(History.TIME) >= snapshots * self.case.output.snapshot_interval:
+                    self._snapshot(file)
+                    snapshots = int(self.now(History.TIME) / self.case.output.snapshot_interval) + 1
+                rows, outcome = self.advance(snapshots * self.case.output.snapshot_interval, most)
+                lowest = min(lowest, rows[:, History.HEIGHT].min(initial=math.inf))
+                if file is not None:
+                    file.add_history(rows)
+                if progress is not None:
+                    progress(self._progress(time.perf_counter() - started))
+        except KeyboardInterrupt:
+            ending = "interrupted"
+        if file is not None:
+            self._snapshot(file)
+        summary = self._summary(ending or outcome.name.lower(), lowest, time.perf_counter() - started, file)
+        if file is not None:
+            file.write_summary(summary)
+        if outcome == Outcome.DIVERGED:
+            raise Diverged(self._divergence())
+        return summary
+
+    def now(self, column: History) -> float:
+        """Return a current value."""
+        return float(self.state.now[column])
+
+    def energy_error(self) -> float:
+        """Return the residual of the work ledger over the initial kinetic plus potential energy."""
+        works = float(self.state.now[History.WORK_PRESSURE : History.WORK_GROUND + 1].sum())
+        residual = self.now(History.KINETIC_ENERGY) - float(self.state.kinetic_start[0]) - works
+        return residual / initial_energy(self.case, self.model)
+
+    def _progress(self, wall_seconds: float) -> Progress:
+        return Progress(
+            time=self.now(History.TIME),
+            height=self.now(History.HEIGHT),
+            velocity=-self.now(History.VELOCITY),
+            steps=int(self.state.steps[0]),
+            wall_seconds=wall_seconds,
+            end_time=self.case.time.end,
+        )
+
+    def _snapshot(self, file: ResultFile) -> None:
+        model, nodes = self.model, self.state.nodes
+        names = ("stretch_generatrix", "stretch_hoop", "tension_generatrix", "tension_hoop")
+        fields = {name: np.empty((model.n1 + 1, model.n2)) for name in names}
+        sample_fields(model, nodes, self.sweep, *(fields[name] for name in names))
+        fields["velocity"] = np.stack([grid_view(part, model) for part in (nodes.u, nodes.v, nodes.w)], axis=-1)
+        xyz = np.stack([grid_view(part, model) for part in (nodes.x, nodes.y, nodes.z)], axis=-1)
+        file.add_snapshot(
+            self.now(History.TIME),
+            xyz,
+            fields,
+            height=self.now(History.HEIGHT),
+            velocity=self.now(History.VELOCITY),
+            pressure=self.now(History.PRESSURE),
+        )
+
+    def _peak(self, which: Peak) -> PeakFound:
+        value, when, row = (float(part) for part in self.state.peaks[which])
+        height = None if which == Peak.DECELERATION else row * self.model.fabric.h1
+        return PeakFound(value, when, height)
+
+    def _summary(self, outcome: str, lowest: float, wall_seconds: float, file: ResultFile | None) -> Summary:
+        case, steps = self.case, int(self.state.steps[0])
+        impact = -self.now(History.VELOCITY) if outcome == "impact" else None
+        free_fall = math.sqrt(case.cargo.velocity**2 + 2.0 * case.gravity * case.shell.height)
+        peaks = {f"peak_{which.name.lower()}": self._peak(which) for which in Peak if which != Peak.TENSION_BELT or case.belts}
+        belt = peaks.get("peak_tension_belt")
+        return Summary(
+            title=case.title,
+            outcome=outcome,  # type: ignore[arg-type]
+            end_time=self.now(History.TIME),
+            impact_velocity=impact,
+            impact_time=None if impact is None else self.now(History.TIME),
+            free_fall_velocity=free_fall,
+            velocity_reduction=None if impact is None else free_fall - impact,
+            minimum_height=min(lowest, self.now(History.HEIGHT)),
+            peak_deceleration=peaks["peak_deceleration"].value,
+            peak_tension_generatrix=peaks["peak_tension_generatrix"].value,
+            peak_tension_hoop=peaks["peak_tension_hoop"].value,
+            peak_tension_belt=None if belt is None else belt.value,
+            peaks=peaks,
+            work=Work(*(float(part) for part in self.state.now[History.WORK_PRESSURE : History.WORK_GROUND + 1])),
+            energy_error=self.energy_error(),
+            steps=steps,
+            time_step=self.now(History.TIME) / steps if steps else 0.0,
+            kernel_seconds=self.kernel_seconds,
+            wall_seconds=wall_seconds,
+            model=ModelUsed("full", case.grid.generatrix, case.grid.hoop, case.time.courant, case.model.scheme),
+            results=None if file is None else str(file.path),
+        )
+
+    def _divergence(self) -> str:
+        model, nodes = self.model, self.state.nodes
+        speed = np.sqrt(sum(grid_view(part, model) ** 2 for part in (nodes.u, nodes.v, nodes.w)))
+        row, column = np.unravel_index(int(np.argmax(np.where(np.isfinite(speed), speed, np.inf))), speed.shape)
+        kinetic = self.now(History.KINETIC_ENERGY)
+        return (
+            f"diverged at {self.now(History.TIME):.6g} s, step {int(self.state.steps[0])}: kinetic energy {kinetic:.4g} J, "
+            f"fastest node (row {row} of {model.n1}, column {column}) at {speed[row, column]:.4g} m/s; "
+            f"most likely the step is too large: try --set time.courant={0.5 * self.case.time.courant:g}"
+        )

@@ -1,0 +1,244 @@
+"""The arrays of a run: Model is constant, State changes. Unit and shape of each field stand here, once.
+
+Grid. Row i = 0 … n1 counts nodes along the generatrix, from the lower cover on the ground (0) to the upper cover under the
+cargo (n1); column j = 0 … n2-1 counts them around the hoop. A row is stored with one copy of its last column in front and of
+its first column behind, so node (i, j) of a flat array stands at `i*stride + 1 + j`, stride = n2 + 2.
+Suffix _1 is along the generatrix, _2 around the hoop. x3 = z points up.
+"""
+
+from enum import IntEnum
+from typing import NamedTuple
+
+from numpy.typing import NDArray
+from numpy import float64, int64
+
+Floats = NDArray[float64]
+Ints = NDArray[int64]
+
+
+class History(IntEnum):
+    """Columns of `State.now` and of the recorded history. Downward velocities are negative here: x3 points up."""
+
+    TIME = 0  # s
+    TIME_STEP = 1  # s, from this row to the next
+    HEIGHT = 2  # m, of the upper cover above the ground
+    VELOCITY = 3  # m/s, of the cargo
+    ACCELERATION = 4  # m/s^2, of the cargo
+    PRESSURE = 5  # Pa, p~(t)
+    COVER_FORCE = 6  # N, on the cargo from gas and fabric, up positive, without weight
+    GROUND_FORCE = 7  # N, on the ground from gas, lower cover and fabric, down positive
+    TENSION_GENERATRIX = 8  # N/m, largest T11 of the step
+    TENSION_HOOP = 9  # N/m, largest T22 of the step
+    TENSION_BELT = 10  # N/m, largest N22 of the step
+    KINETIC_ENERGY = 11  # J, of cargo and shell, at the half-step before the row's time
+    WORK_PRESSURE = 12  # J, since the start, as all works: up to the half-step before the row's time
+    WORK_ELASTIC = 13  # J, done by the fabric's elastic tensions and shear on the nodes
+    WORK_VISCOUS = 14  # J, done by the fabric's and belts' viscous tensions
+    WORK_BELTS = 15  # J, done by the belts' elastic tensions
+    WORK_GRAVITY = 16  # J
+    WORK_GROUND = 17  # J, lost where fabric is stopped by the ground
+
+
+UNITS = {
+    History.TIME: "s",
+    History.TIME_STEP: "s",
+    History.HEIGHT: "m",
+    History.VELOCITY: "m/s",
+    History.ACCELERATION: "m/s^2",
+    History.PRESSURE: "Pa",
+    History.COVER_FORCE: "N",
+    History.GROUND_FORCE: "N",
+    History.TENSION_GENERATRIX: "N/m",
+    History.TENSION_HOOP: "N/m",
+    History.TENSION_BELT: "N/m",
+    History.KINETIC_ENERGY: "J",
+    History.WORK_PRESSURE: "J",
+    History.WORK_ELASTIC: "J",
+    History.WORK_VISCOUS: "J",
+    History.WORK_BELTS: "J",
+    History.WORK_GRAVITY: "J",
+    History.WORK_GROUND: "J",
+}
+
+
+class Outcome(IntEnum):
+    """Why the loop over steps ended; RUNNING where it only paused."""
+
+    RUNNING = 0
+    IMPACT = 1
+    STOPPED = 2
+    TIME_LIMIT = 3
+    DIVERGED = 4
+
+
+class Peak(IntEnum):
+    """Rows of `State.peaks`: largest value over the run, its time and its row."""
+
+    DECELERATION = 0  # m/s^2, of the cargo
+    TENSION_GENERATRIX = 1  # N/m
+    TENSION_HOOP = 2  # N/m
+    TENSION_BELT = 3  # N/m
+
+
+class PressureLaw(IntEnum):
+    """Course of p~ in time."""
+
+    CONSTANT = 0
+    SINE = 1
+    TABLE = 2
+
+
+class Scheme(IntEnum):
+    """Where tensions and directions stand: on the edges, or at cell centres as (3.2) is printed."""
+
+    EDGE = 0
+    CELL = 1
+
+
+class Fabric(NamedTuple):
+    """Constants of Eq. (2.9) on the grid."""
+
+    h1: float  # m, unloaded edge along the generatrix
+    h2: float  # m, unloaded edge around the hoop: the chord between two columns
+    c11: float  # N/m, E11/(1 - nu12 nu21)
+    c22: float  # N/m, E22/(1 - nu12 nu21)
+    c12: float  # N/m, nu21 E22/(1 - nu12 nu21), of e22 in T11
+    c21: float  # N/m, nu12 E11/(1 - nu12 nu21), of e11 in T22
+    g12: float  # N/m
+    viscosity: float  # N s/m
+    floor: float  # N/m, least tension: 0 where slack fabric is cut, else -inf
+    true_tension: float  # 1: tensions per deformed width; 0: per unloaded width
+
+
+class Belts(NamedTuple):
+    """Belt constants of each row, shape (n1+1,); zero where a row carries no belt. Eq. (2.3)."""
+
+    width: Floats  # m, of belt within the row's share of the generatrix
+    stiffness: Floats  # N, E2/(1 - nu12 nu21)
+    coupling: Floats  # N, nu12 E11 width/(1 - nu12 nu21)
+    viscosity: Floats  # N s
+
+
+class Pressure(NamedTuple):
+    """Constants of Eqs. (2.10), (2.11)."""
+
+    law: int  # PressureLaw
+    value: float  # Pa
+    peak_time: float  # s
+    end_time: float  # s
+    times: Floats  # s, (k,)
+    values: Floats  # Pa, (k,)
+    damping: float  # s/m
+
+
+class Model(NamedTuple):
+    """All that stays constant in a run."""
+
+    n1: int  # cells along the generatrix
+    n2: int  # cells around the hoop
+    stride: int  # n2 + 2
+    scheme: int  # Scheme
+    courant: float
+    end: float  # s
+    gravity: float  # m/s^2
+    cargo_mass: float  # kg, without the shell
+    cover_area: float  # m^2, of the polygon of the row on the cover
+    areal_density: float  # kg/m^2
+    mass: Floats  # kg, of a node of each row, (n1+1,)
+    fabric: Fabric
+    belts: Belts
+    pressure: Pressure
+
+
+class Nodes(NamedTuple):
+    """Places (m) at time n and velocities (m/s) at n-1/2, each flat, ((n1+1)*stride,)."""
+
+    x: Floats
+    y: Floats
+    z: Floats
+    u: Floats
+    v: Floats
+    w: Floats
+
+
+class Work(NamedTuple):
+    """Work on cargo and shell since the start, J, split by column as it is summed; each (n2,)."""
+
+    pressure: Floats
+    elastic: Floats  # of fabric tensions and shear
+    viscous: Floats  # of fabric and belts
+    belts: Floats
+    gravity: Floats
+    ground: Floats
+
+
+class State(NamedTuple):
+    """All that changes from step to step and must outlive it."""
+
+    nodes: Nodes
+    now: Floats  # (len(History),), see History
+    steps: Ints  # (1,), steps done
+    stable_step: Floats  # (1,), s, as last chosen, at Courant coefficient 1
+    last_step: Floats  # (1,), s, the step from n-1 to n; 0 at the start, which staggers it
+    kinetic_start: Floats  # (1,), J
+    peaks: Floats  # (len(Peak), 3): value, time (s), row
+    work: Work
+
+
+class Edges(NamedTuple):
+    """A few rows of edges of one direction, kept while the sweep over rows needs them; each flat, (rows*stride,)."""
+
+    x: Floats  # m, edge vector
+    y: Floats
+    z: Floats
+    inverse: Floats  # 1/m, of the length
+    e: Floats  # elongation, stretch - 1
+    rate: Floats  # 1/s, of the elongation, at n-1/2
+    tension: Floats  # N/m, elastic and viscous
+    force: Floats  # N/m, edge force over edge length
+    elastic: Floats  # N/m, its elastic part
+
+
+class Cells(NamedTuple):
+    """Two rows of cells, for shear and for the printed scheme; each flat, (2*stride,), N/m."""
+
+    force_1: Floats  # corner force over the sum of the cell's two generatrix edges
+    elastic_1: Floats  # its elastic part
+    force_2: Floats  # corner force over the sum of the cell's two hoop edges
+    elastic_2: Floats  # its elastic part
+    shear: Floats  # corner force of T12 over the sum of the two edges of the other direction
+
+
+class Rows(NamedTuple):
+    """Two rows of vectors at the nodes; each flat, (2*stride,)."""
+
+    x: Floats
+    y: Floats
+    z: Floats
+
+
+class Tops(NamedTuple):
+    """Largest tension of the step by column, and its row (i + 1/2 between two rows); each (n2,), N/m and rows."""
+
+    generatrix: Floats
+    generatrix_row: Floats
+    hoop: Floats
+    hoop_row: Floats
+    belt: Floats
+    belt_row: Floats
+
+
+class Sweep(NamedTuple):
+    """Scratch of one step, row by row; nothing in it outlives the step."""
+
+    generatrix: Edges  # 2 rows
+    hoop: Edges  # 3 rows
+    belt: Edges  # 1 row; only tension, force and elastic are used
+    cells: Cells
+    force: Rows  # N, of tensions on the nodes
+    area: Rows  # m^2, area vectors of the nodes, outwards
+    mean: Rows  # m/s, mean of the velocities at n-1/2 and n+1/2
+    pressure: Floats  # Pa, on the nodes of a row, (n2,)
+    tops: Tops
+    kinetic: Floats  # J, by column, (n2,)
+    impulse: Floats  # N s, of the ground on the fabric, by column, (n2,)

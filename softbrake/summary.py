@@ -1,0 +1,65 @@
+"""The answer of a run, as `--json` prints it and the result file keeps it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Literal
+
+
+@dataclass(frozen=True)
+class Peak:
+    """Largest value of a quantity over the run, when and where."""
+
+    value: float
+    time: float  # s
+    height: float | None = None  # m above the lower cover on the unloaded shell; None for a quantity of the cargo
+
+
+@dataclass(frozen=True)
+class ModelUsed:
+    """What was computed."""
+
+    fidelity: str
+    generatrix: int
+    hoop: int
+    courant: float
+    scheme: str
+
+
+@dataclass(frozen=True)
+class Work:
+    """Work done on cargo and shell from the start to the end, J."""
+
+    pressure: float
+    elastic: float
+    viscous: float
+    belts: float
+    gravity: float
+    ground: float
+
+
+@dataclass(frozen=True)
+class Summary:
+    """Answer of one run, SI units."""
+
+    title: str
+    outcome: Literal["impact", "stopped", "time_limit", "diverged", "interrupted"]
+    end_time: float  # s
+    impact_velocity: float | None  # m/s, downwards positive; None without impact
+    impact_time: float | None  # s
+    free_fall_velocity: float  # m/s, after falling the shell's height unbraked
+    velocity_reduction: float | None  # m/s
+    minimum_height: float  # m, lowest place of the upper cover
+    peak_deceleration: float  # m/s^2, upwards positive
+    peak_tension_generatrix: float  # N/m
+    peak_tension_hoop: float  # N/m
+    peak_tension_belt: float | None  # N/m; None without belts
+    peaks: dict[str, Peak]  # keys as the four fields above
+    work: Work
+    energy_error: float  # residual of the work ledger over initial kinetic plus potential energy
+    steps: int
+    time_step: float  # s, mean
+    kernel_seconds: float
+    wall_seconds: float
+    model: ModelUsed
+    results: str | None  # path of the result file

@@ -1,0 +1,151 @@
+"""YAML text -> tree of values that know their line and column, by the YAML 1.2 core rules.
+
+PyYAML follows YAML 1.1: `1e3` would be text, `no` false, `12:30` a number, and of two equal keys the last would win.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from typing import Any
+
+import yaml
+
+
+@dataclass(frozen=True)
+class Place:
+    """Where something was written: `file:line:col` or the text of an override."""
+
+    order: tuple[int, int, int]  # overrides sort behind the file
+    text: str
+
+
+@dataclass
+class Node:
+    """One value of the tree."""
+
+    value: str | int | float | bool | list[Node] | dict[str, Node] | None
+    place: Place
+    key: Place  # of the key in front of it; its own place where it has none
+
+
+Report = Callable[[Place, str, str, str], None]  # place, dotted path, fault, what is allowed
+PlaceOf = Callable[[int, int], Place]  # of a line and column counted from 0
+
+
+class YamlError(Exception):
+    """The text is not YAML; `place` and the message say where and why."""
+
+    def __init__(self, place: Place, message: str) -> None:
+        super().__init__(message)
+        self.place = place
+
+
+_LOADER: Any = getattr(yaml, "CSafeLoader", yaml.SafeLoader)
+_INTEGER = re.compile(r"[-+]?[0-9]+|0o[0-7]+|0x[0-9a-fA-F]+")
+_FLOAT = re.compile(r"[-+]?(\.[0-9]+|[0-9]+(\.[0-9]*)?)([eE][-+]?[0-9]+)?|[-+]?\.(inf|Inf|INF)|\.(nan|NaN|NAN)")
+_WORDS: dict[str, bool | None] = {
+    **dict.fromkeys(("", "~", "null", "Null", "NULL"), None),
+    **dict.fromkeys(("true", "True", "TRUE"), True),
+    **dict.fromkeys(("false", "False", "FALSE"), False),
+}
+
+
+def _plain(text: str) -> str | int | float | bool | None:
+    if text in _WORDS:
+        return _WORDS[text]
+    if _INTEGER.fullmatch(text) and len(text) < 400:  # longer ones go on as floats, which overflow
+        return int(text, {"0o": 8, "0x": 16}.get(text[:2], 10))
+    if _FLOAT.fullmatch(text):
+        return float(text.lower().replace(".inf", "inf").replace(".nan", "nan"))
+    return text
+
+
+def join(path: str, name: str | int) -> str:
+    """Dotted path of a member."""
+    return f"{path}.{name}" if path else str(name)
+
+
+def parse(text: str, place_of: PlaceOf, report: Report, path: str = "") -> Node | None:
+    """Tree of the one document of a YAML text, None where there is none.
+
+    Duplicate keys, anchors, aliases, merge keys and tags are reported and passed over. Raises YamlError.
+    """
+    try:
+        events = yaml.parse(text, Loader=_LOADER)
+        root = None
+        for event in events:
+            if isinstance(event, yaml.DocumentStartEvent):
+                if root is not None:
+                    report(_place(event, place_of), path, "a second document", "one document a file is wanted")
+                    break
+                root = _Builder(events, place_of, report).node(next(events), path)
+        return root
+    except yaml.MarkedYAMLError as error:
+        mark = error.problem_mark or error.context_mark
+        place = place_of(mark.line, mark.column) if mark else place_of(0, 0)
+        raise YamlError(place, error.problem or "not YAML") from None
+    except yaml.reader.ReaderError as error:
+        before = text[: error.position]
+        raise YamlError(place_of(before.count("\n"), len(before) - before.rfind("\n") - 1), error.reason) from None
+    except RecursionError:
+        raise YamlError(place_of(0, 0), "nested too deeply") from None
+
+
+def _place(event: Any, place_of: PlaceOf) -> Place:
+    return place_of(event.start_mark.line, event.start_mark.column)
+
+
+class _Builder:
+    def __init__(self, events: Iterator[Any], place_of: PlaceOf, report: Report) -> None:
+        self.events = events
+        self.place_of = place_of
+        self.report = report
+        self.anchors: dict[str, Node] = {}
+
+    def node(self, event: Any, path: str, key: Place | None = None) -> Node:
+        place = _place(event, self.place_of)
+        if isinstance(event, yaml.AliasEvent):
+            self.report(place, path, f"alias '*{event.anchor}' is not supported", "write the value out")
+            known = self.anchors.get(event.anchor or "")
+            return Node(known.value if known else None, place, key or place)
+        if event.tag is not None:
+            self.report(place, path, f"tag '{event.tag}' is not supported", "leave it out")
+        node = Node(None, place, key or place)
+        if isinstance(event, yaml.ScalarEvent):
+            node.value = _plain(event.value) if event.style in (None, "") else event.value
+        elif isinstance(event, yaml.SequenceStartEvent):
+            node.value = self.items(path)
+        else:
+            node.value = self.members(path)
+        if event.anchor is not None:
+            self.report(place, path, f"anchor '&{event.anchor}' is not supported", "leave it out")
+            self.anchors[event.anchor] = node
+        return node
+
+    def items(self, path: str) -> list[Node]:
+        items: list[Node] = []
+        while not isinstance(event := next(self.events), yaml.SequenceEndEvent):
+            items.append(self.node(event, join(path, len(items))))
+        return items
+
+    def members(self, path: str) -> dict[str, Node]:
+        members: dict[str, Node] = {}
+        while not isinstance(event := next(self.events), yaml.MappingEndEvent):
+            place = _place(event, self.place_of)
+            if not isinstance(event, yaml.ScalarEvent):
+                self.report(place, path, "a key that is not a text", "plain keys are wanted")
+                self.node(event, path)
+                self.node(next(self.events), path)
+                continue
+            name = event.value
+            member = self.node(next(self.events), join(path, name), place)
+            if name == "<<":
+                self.report(place, join(path, name), "merge keys are not supported", "write the keys out")
+            elif name in members:
+                first = members[name].key
+                self.report(place, join(path, name), f"duplicate key, first at {first.text}", "each key once is wanted")
+            else:
+                members[name] = member
+        return members

@@ -1,0 +1,43 @@
+"""Fixtures for several test files."""
+
+import os
+import subprocess
+import sys
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).resolve().parents[1]
+
+Command = Callable[..., subprocess.CompletedProcess[str]]
+
+
+@pytest.fixture(scope="session")
+def paper() -> Path:
+    """The paper's case file."""
+    return ROOT / "configs" / "paper.yaml"
+
+
+@pytest.fixture(scope="session")
+def environment() -> dict[str, str]:
+    """For subprocesses: this checkout's package, output as in a pipe of 80 columns."""
+    plain = {name: value for name, value in os.environ.items() if name not in ("COLUMNS", "FORCE_COLOR")}
+    return plain | {"PYTHONPATH": str(ROOT)}
+
+
+@pytest.fixture
+def softbrake(tmp_path: Path, environment: dict[str, str]) -> Command:
+    """Run the command line in `tmp_path`."""
+
+    def command(*arguments: object) -> subprocess.CompletedProcess[str]:
+        return subprocess.run(
+            [sys.executable, "-m", "softbrake", *map(str, arguments)],
+            cwd=tmp_path,
+            env=environment,
+            capture_output=True,
+            text=True,
+            timeout=300,
+        )
+
+    return command

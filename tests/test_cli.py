@@ -1,0 +1,344 @@
+"""The command line: what it prints where, its exit codes, and what it must not load."""
+
+import importlib
+import io
+import json
+import signal
+import subprocess
+import sys
+import time
+from dataclasses import asdict, replace
+from pathlib import Path
+
+import pytest
+import synthetic_drop
+from conftest import Command
+from rich.console import Console
+from typer.testing import CliRunner
+
+from softbrake import console
+from softbrake.cli import app
+from softbrake.run import Progress
+from softbrake.summary import Peak, Summary
+
+SMALL = ("--set", "grid.generatrix=8", "--set", "grid.hoop=12", "--set", "time.end=5ms")
+SLOW = {"h5py", "matplotlib", "numba", "numpy", "rich"}
+
+
+def summary() -> Summary:
+    """A summary with nothing missing and a title of the usual length."""
+    tensions = ("peak_tension_generatrix", "peak_tension_hoop", "peak_tension_belt")
+    return replace(
+        synthetic_drop.summary(),
+        title="Braking of 100 kg by a belted cylinder (paper, section 4)",
+        peak_tension_belt=28712.0,
+        peaks={name: Peak(1.0, 0.01234, 0.3) for name in tensions} | {"peak_deceleration": Peak(20.0, 0.004)},
+    )
+
+
+def printed(answer: Summary, scale: float | None = None) -> str:
+    stream = io.StringIO()
+    console.print_summary(answer, scale, Console(file=stream, width=80))
+    return stream.getvalue()
+
+
+# What must stay fast
+
+
+@pytest.mark.parametrize("arguments", [["--help"], ["--version"], ["check", "PAPER"], ["schema"], ["init", "-"]], ids=" ".join)
+def test_light_commands_load_nothing_slow(arguments: list[str], paper: Path, tmp_path: Path, environment: dict[str, str]) -> None:
+    code = f"""
+import sys, time
+from softbrake.cli import app
+try:
+    app({[str(paper) if word == "PAPER" else word for word in arguments]!r})
+except SystemExit as end:
+    print(end.code, time.process_time(), *{SLOW!r}.intersection(sys.modules), file=sys.stderr)
+"""
+    done = subprocess.run([sys.executable, "-c", code], cwd=tmp_path, env=environment, capture_output=True, text=True)
+    exit_code, seconds, *loaded = done.stderr.split()
+    assert exit_code == "0"
+    assert loaded == []
+    assert float(seconds) < 0.5
+
+
+def test_package_gives_its_functions_and_loads_nothing(environment: dict[str, str]) -> None:
+    code = f"""
+import sys, softbrake
+assert not {SLOW | {"yaml"}!r}.intersection(sys.modules)
+import softbrake.run, softbrake.case
+from softbrake import load_case, run
+assert softbrake.run is run is sys.modules["softbrake.run"].run
+assert load_case is softbrake.case.load_case
+"""
+    done = subprocess.run([sys.executable, "-c", code], env=environment, capture_output=True, text=True)
+    assert done.returncode == 0, done.stderr
+
+
+# check, schema, init, version
+
+
+def test_version(softbrake: Command) -> None:
+    done = softbrake("--version")
+    assert (done.returncode, done.stdout) == (0, "softbrake 0.1.0\n")
+
+
+def test_check_prints_a_digest(softbrake: Command, paper: Path) -> None:
+    done = softbrake("check", paper, "--set", "fabric.viscosity=0.3")
+    assert (done.returncode, done.stderr) == (0, "")
+    assert f"{paper}: OK" in done.stdout
+    assert "36 x 90 cells" in done.stdout
+    assert "3 at 0.15, 0.3, 0.45 m" in done.stdout
+    assert "0.3 N*s/m" in done.stdout
+    assert "6.91144 m/s" in done.stdout
+
+
+def test_faults_go_to_stderr_and_exit_2(softbrake: Command, tmp_path: Path) -> None:
+    case = tmp_path / "typo.yaml"
+    case.write_text("shel: {diameter: 0.5 m, height: 0.6 m}\ncargo: {mass: -1 kg, velocity: 6 m/s}\n")
+    for command in ("check", "run"):
+        done = softbrake(command, "typo.yaml")
+        assert (done.returncode, done.stdout) == (2, "")
+        assert "typo.yaml:1:1: shel: " in done.stderr
+        assert "typo.yaml:2:" in done.stderr
+        assert "Traceback" not in done.stderr
+    assert [path.name for path in tmp_path.iterdir()] == ["typo.yaml"]
+
+
+def test_schema_is_json(softbrake: Command) -> None:
+    done = softbrake("schema")
+    assert done.returncode == 0
+    assert "fabric" in json.loads(done.stdout)["properties"]
+
+
+def test_init_writes_a_case_that_checks_and_never_overwrites_unasked(softbrake: Command, tmp_path: Path) -> None:
+    starter = softbrake("init", "-").stdout
+    assert softbrake("init").returncode == 0
+    assert (tmp_path / "case.yaml").read_text() == starter
+    assert softbrake("check", "case.yaml").returncode == 0
+
+    (tmp_path / "mine.yaml").write_text("mine")
+    refused = softbrake("init", "mine.yaml")
+    assert refused.returncode == 2
+    assert "--force" in refused.stderr
+    assert (tmp_path / "mine.yaml").read_text() == "mine"
+    assert softbrake("init", "mine.yaml", "--force").returncode == 0
+    assert (tmp_path / "mine.yaml").read_text() == starter
+
+
+# A user's mistakes: exit 2, one line, no traceback, nothing written
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        (["run", "missing.yaml"], "missing.yaml"),
+        (["run"], "Missing argument"),
+        (["run", "drop.vtkhdf", "-o", "drop.vtkhdf"], "drop.vtkhdf: is the case file"),
+        (["run", "PAPER", "-o", "nowhere/drop.vtkhdf"], "there is no folder nowhere"),
+        (["run", "PAPER", "-o", "folder.vtkhdf"], "folder.vtkhdf: is a folder"),
+        (["run", "PAPER", "-o", "drop.h5"], "ends in .vtkhdf"),
+        (["run", "PAPER", "-o", "drop.vtkhdf", "--no-results"], "exclude each other"),
+        (["run", "PAPER", "--no-results", "--dimensionless", "--set", "pressure.value=0"], "no pressure"),
+        (["check", "folder.vtkhdf"], "folder.vtkhdf"),
+        (["init", "nowhere/case.yaml"], "nowhere/case.yaml: No such file or directory"),
+        (["info", "missing.vtkhdf"], "missing.vtkhdf"),
+        (["info", "junk.vtkhdf"], "junk.vtkhdf"),
+        (["plot", "missing.vtkhdf"], "missing.vtkhdf"),
+        (["plot", "junk.vtkhdf"], "junk.vtkhdf"),
+    ],
+    ids=lambda value: " ".join(value) if isinstance(value, list) else "",
+)
+def test_mistakes(softbrake: Command, paper: Path, tmp_path: Path, arguments: list[str], message: str) -> None:
+    (tmp_path / "folder.vtkhdf").mkdir()
+    (tmp_path / "junk.vtkhdf").write_text("junk")
+    (tmp_path / "drop.vtkhdf").write_text(paper.read_text())
+    before = {path: path.stat().st_mtime_ns for path in tmp_path.rglob("*")}
+    done = softbrake(*(paper if word == "PAPER" else word for word in arguments))
+    assert done.returncode == 2
+    assert done.stdout == ""
+    assert message in done.stderr
+    assert "Traceback" not in done.stderr
+    assert {path: path.stat().st_mtime_ns for path in tmp_path.rglob("*")} == before
+
+
+def test_divergence_is_one_line_and_exit_1(paper: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    module = importlib.import_module("softbrake.run")  # `softbrake.run` itself is the function
+
+    def diverge(*_: object, **__: object) -> None:
+        raise module.Diverged("step 7, t = 1 ms: a velocity is not a number")
+
+    monkeypatch.setattr(module, "run", diverge)
+    done = CliRunner().invoke(app, ["run", str(paper), "--no-results", "--json", "-q"])
+    assert done.exit_code == 1
+    assert done.stdout == ""
+    assert done.stderr == "step 7, t = 1 ms: a velocity is not a number\n"
+
+
+# The summary
+
+
+def test_summary_fits_80_columns_and_says_everything() -> None:
+    for answer in (summary(), replace(summary(), outcome="stopped", impact_velocity=None, impact_time=None)):
+        for scale in (None, 4709.0):
+            text = printed(answer, scale)
+            assert max(map(len, text.splitlines())) <= 80
+            assert "\x1b" not in text
+            assert "…" not in text
+    text = printed(summary(), 4709.0)
+    for piece in (
+        "Impact: the cover reached the ground at 0.12 s.",
+        "3.60000 m/s    at 0.12000 s",
+        "47.9% of free fall",
+        "20.00 m/s^2  2.04 g, at 0.00400 s",
+        "28.712 kN/m   6.097 T0/L, at 0.01234 s, 0.300 m up",
+        "-1140.000 J",
+        "1.00e-14",
+        "1200 steps of 100 us",
+        "36 x 90 cells",
+        "results in drop.vtkhdf",
+    ):
+        assert piece in text
+
+
+@pytest.mark.parametrize(
+    ("outcome", "words"),
+    [("stopped", "came to rest"), ("time_limit", "no impact"), ("diverged", "not an answer"), ("interrupted", "Interrupted")],
+)
+def test_outcome_in_words(outcome: str, words: str) -> None:
+    assert words in printed(replace(summary(), outcome=outcome))  # type: ignore[arg-type]
+
+
+def test_a_run_without_belts_or_impact_leaves_their_lines_out() -> None:
+    text = printed(replace(summary(), peak_tension_belt=None, impact_velocity=None, impact_time=None, velocity_reduction=None))
+    assert "peak tension, belt" not in text
+    assert "impact velocity" not in text
+
+
+def test_a_long_path_is_not_broken() -> None:
+    path = "/" + "long/" * 30 + "drop.vtkhdf"
+    assert f"results in {path}\n" in printed(replace(summary(), results=path))
+
+
+def test_brackets_in_a_title_are_no_markup() -> None:
+    assert "[bold]drop[/]" in printed(replace(summary(), title="[bold]drop[/]"))
+
+
+def test_json_holds_the_summary_and_on_request_the_dimensionless_tensions() -> None:
+    plain = json.loads(console.summary_json(summary()))
+    assert plain == asdict(summary())
+    scaled = json.loads(console.summary_json(replace(summary(), peak_tension_belt=None), 4000.0))["dimensionless"]
+    assert scaled == {
+        "tension_scale": 4000.0,
+        "peak_tension_generatrix": 1.0,
+        "peak_tension_hoop": 2.0,
+        "peak_tension_belt": None,
+    }
+
+
+def test_json_knows_no_nan() -> None:
+    assert json.loads(console.summary_json(replace(summary(), energy_error=float("nan"))))["energy_error"] is None
+
+
+# Progress
+
+
+def test_progress_in_a_pipe_is_a_line_every_two_seconds(
+    capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    clock = iter([0.0, 0.5, 1.9, 2.1, 2.1, 2.3, 4.2, 4.2])
+    monkeypatch.setattr(time, "monotonic", lambda: next(clock))
+    with console.progress(0.6, quiet=False) as callback:
+        assert callback is not None
+        for step in range(5):
+            callback(Progress(0.01 * step, 0.5, 5.5, step, 0.1, 0.3))
+    out, err = capsys.readouterr()
+    assert out == ""
+    assert [line.split()[:2] for line in err.splitlines()] == [["t", "0.0200"], ["t", "0.0400"]]
+
+
+def test_quiet_has_no_progress() -> None:
+    with console.progress(0.6, quiet=True) as callback:
+        assert callback is None
+
+
+# Result files
+
+
+def test_info_of_a_killed_run(tmp_path: Path) -> None:
+    file = tmp_path / "killed.vtkhdf"
+    synthetic_drop.write(file, synthetic_drop.case(), finished=False)
+    told = CliRunner().invoke(app, ["info", str(file)])
+    assert told.exit_code == 0
+    assert "did not finish" in told.stdout
+    assert "0.12 s" in told.stdout
+    answer = json.loads(CliRunner().invoke(app, ["info", str(file), "--json"]).stdout)
+    assert answer["outcome"] == "unfinished"
+    assert answer["last_row"]["time"] == 0.12
+
+
+def test_info_repeats_the_summary_and_scales_tensions(tmp_path: Path) -> None:
+    file = tmp_path / "drop.vtkhdf"
+    synthetic_drop.write(file, synthetic_drop.case())
+    assert json.loads(CliRunner().invoke(app, ["info", str(file), "--json"]).stdout) == asdict(synthetic_drop.summary())
+    assert "1.699 T0/L" in CliRunner().invoke(app, ["info", str(file), "--dimensionless"]).stdout
+
+
+def test_plot_names_its_picture_after_the_result(tmp_path: Path) -> None:
+    pytest.importorskip("matplotlib")
+    file = tmp_path / "drop.vtkhdf"
+    synthetic_drop.write(file, synthetic_drop.case())
+    done = CliRunner().invoke(app, ["plot", str(file)])
+    assert done.exit_code == 0, done.output
+    assert done.stdout == f"{tmp_path / 'drop.png'} written\n"
+    assert (tmp_path / "drop.png").read_bytes().startswith(b"\x89PNG")
+
+
+# End to end
+
+
+def test_run_writes_one_json_object_and_a_file_that_says_the_same(softbrake: Command, paper: Path, tmp_path: Path) -> None:
+    done = softbrake("run", paper, *SMALL, "--json")
+    assert done.returncode == 0, done.stderr
+    answer = json.loads(done.stdout)
+    assert answer["outcome"] == "time_limit"
+    assert answer["impact_velocity"] is None
+    assert (answer["model"]["generatrix"], answer["model"]["hoop"]) == (8, 12)
+    assert answer["results"] == "paper.vtkhdf"
+    assert [path.name for path in tmp_path.iterdir()] == ["paper.vtkhdf"]
+    assert json.loads(softbrake("info", "paper.vtkhdf", "--json").stdout) == answer
+
+
+def test_run_for_people(softbrake: Command, paper: Path, tmp_path: Path) -> None:
+    done = softbrake("run", paper, *SMALL, "--no-results", "--dimensionless", "-q")
+    assert (done.returncode, done.stderr) == (0, "")
+    assert "no impact by 0.005 s" in done.stdout
+    assert "T0/L" in done.stdout
+    assert max(map(len, done.stdout.splitlines())) <= 80
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_interrupt_leaves_a_readable_file_and_exit_130(
+    softbrake: Command, paper: Path, tmp_path: Path, environment: dict[str, str]
+) -> None:
+    fine = ("--set", "grid.generatrix=180", "--set", "grid.hoop=450")
+    with subprocess.Popen(
+        [sys.executable, "-m", "softbrake", "run", str(paper), *fine, "-o", "cut.vtkhdf"],
+        cwd=tmp_path,
+        env=environment,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+    ) as process:
+        assert process.stderr is not None
+        for line in process.stderr:
+            if line.startswith("t "):
+                break
+        process.send_signal(signal.SIGINT)
+        out, err = process.communicate(timeout=60)
+    assert process.returncode == 130
+    assert "Traceback" not in err
+    assert "Interrupted at" in out
+    answer = json.loads(softbrake("info", "cut.vtkhdf", "--json").stdout)
+    assert answer["outcome"] == "interrupted"
+    assert answer["steps"] > 0

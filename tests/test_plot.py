@@ -1,0 +1,136 @@
+"""Pictures: what the panels show, read back from the figure."""
+
+import sys
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+import synthetic_drop as drop
+
+from softbrake.plot import PlotError, draw_drop, drop_figure, plot_result, result_figure
+from softbrake.results import ResultError, ResultFile, read_history
+
+pytest.importorskip("matplotlib")
+
+
+@pytest.fixture(scope="module")
+def result(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    path = tmp_path_factory.mktemp("plot") / "drop.vtkhdf"
+    drop.write(path, drop.case(6, 8, belts=2))
+    return path
+
+
+def curves(axes) -> dict[str, np.ndarray]:
+    return {line.get_label(): np.column_stack(line.get_data()) for line in axes.lines}
+
+
+def panel(figure, title: str):
+    return next(axes for axes in figure.axes if axes.get_title(loc="left").startswith(title))
+
+
+def test_curves_are_the_history_in_the_units_of_their_axes(result: Path) -> None:
+    history, figure = read_history(result), result_figure(result)
+    speed = panel(figure, "Speed")
+    assert speed.get_ylabel() == "m/s"
+    np.testing.assert_allclose(curves(speed)["cargo"], np.column_stack((history["time"] * 1e3, -history["velocity"])))
+    np.testing.assert_allclose(curves(speed)["impact"], [[drop.END * 1e3, drop.summary().impact_velocity]])
+    fallen_time, fallen_speed = curves(speed)["free fall"][-1]
+    assert fallen_speed**2 == pytest.approx(6.0**2 + 2 * 9.81 * 0.6)
+    assert fallen_time / 1e3 == pytest.approx((fallen_speed - 6.0) / 9.81)
+    brake = panel(figure, "Deceleration")
+    assert brake.get_ylabel() == "g"
+    np.testing.assert_allclose(brake.lines[0].get_ydata(), drop.DECELERATION / 9.81)
+    energy = curves(panel(figure, "Energy"))
+    works = sum(energy[label][-1, 1] for label in energy if label.startswith("work"))
+    assert energy["kinetic energy"][-1, 1] - energy["kinetic energy"][0, 1] == pytest.approx(works)
+    assert figure.axes[-1].get_xlabel() == "time, ms"
+    assert "impact at 3.600 m/s, free fall 6.911 m/s" in figure.get_suptitle()
+
+
+def test_tensions_may_be_dimensionless(result: Path) -> None:
+    plain, scaled = (panel(result_figure(result, flag), "Largest") for flag in (False, True))
+    assert (plain.get_ylabel(), scaled.get_ylabel()) == ("kN/m", "T / (T$_0$/L)")
+    for name in ("generatrix", "hoop", "belt"):
+        ratio = curves(plain)[name][1:, 1] * 1e3 / curves(scaled)[name][1:, 1]
+        np.testing.assert_allclose(ratio, 0.5 * drop.PRESSURE * 0.6)
+
+
+def test_profiles_are_cuts_through_opposite_columns(result: Path) -> None:
+    figure = result_figure(result)
+    profiles = [axes for axes in figure.axes if axes.get_title(loc="left")[0].isdigit()]
+    times = [float(axes.get_title(loc="left").split()[0]) for axes in profiles]
+    assert times == [0.0, 20.0, 50.0, 70.0, 100.0, 120.0]  # snapshots stand 10 ms apart
+    for axes, milliseconds in zip(profiles, times, strict=True):
+        xyz, _ = drop.shape(drop.case(6, 8, belts=2), milliseconds / 1e3)
+        right, right_belts, left, left_belts = (np.column_stack(line.get_data()) for line in axes.lines[:4])
+        np.testing.assert_allclose(right, xyz[:, 0, [0, 2]], atol=1e-6)
+        np.testing.assert_allclose(left, xyz[:, 4, [0, 2]], atol=1e-6)
+        np.testing.assert_array_equal(right_belts, right[[2, 4]])
+        np.testing.assert_array_equal(left_belts, left[[2, 4]])
+    assert profiles[-1].get_xlabel() == "r, m"
+    assert profiles[0].get_ylabel() == "z, m"
+
+
+def test_no_belts_no_belt_curve(tmp_path: Path) -> None:
+    path = tmp_path / "drop.vtkhdf"
+    drop.write(path, drop.case(6, 8, belts=0), finished=False)
+    figure = result_figure(path)
+    assert "belt" not in curves(panel(figure, "Largest"))
+    assert "impact" not in curves(panel(figure, "Speed"))
+    assert figure.get_suptitle().endswith("unfinished run")
+
+
+def test_drop_shows_all_parts_with_the_hoop_tension_in_kilonewtons(result: Path) -> None:
+    figure = drop_figure(result)
+    scene, bar = figure.axes
+    assert bar.get_ylabel() == "hoop tension, kN/m"
+    highest = drop.shape(drop.case(6, 8), drop.END)[1]["tension_hoop"].max() / 1e3
+    assert 0.9 * highest < bar.get_ylim()[1] <= highest
+    assert [text.get_text() for text in scene.texts] == [
+        "0 ms\n6.00 m/s", "40 ms\n5.20 m/s", "80 ms\n4.40 m/s", "120 ms\n3.60 m/s",
+    ]  # fmt: skip
+    for collection in scene.collections:
+        corners = [len(path.vertices) - 1 for path in collection.get_paths()]  # a closed path repeats its first corner
+        assert corners.count(2) == 2 * 8
+        assert corners.count(4) > 6 * 8
+
+
+@pytest.mark.parametrize("suffix", [".png", ".svg", ".pdf"])
+def test_pictures_are_written(result: Path, tmp_path: Path, suffix: str) -> None:
+    for draw in (plot_result, draw_drop):
+        picture = tmp_path / f"{draw.__name__}{suffix}"
+        draw(result, picture)
+        assert picture.read_bytes()[:4] in (b"\x89PNG", b"<?xm", b"%PDF")
+
+
+def test_a_diverged_run_still_has_a_picture(tmp_path: Path) -> None:
+    path, case = tmp_path / "drop.vtkhdf", drop.case(6, 8)
+    case = replace(case, title="costs $5 or $6_{")
+    with ResultFile.create(path, case, version="1", source_hash="a") as result:
+        drop.add_snapshot(result, case, 0.0)
+        xyz, fields = drop.shape(case, 0.01)
+        result.add_snapshot(0.01, xyz * np.nan, fields, height=np.nan, velocity=np.nan, pressure=1.0)
+        result.add_history(np.vstack((drop.history(np.array([0.0])), np.full((1, 18), np.nan))))
+    plot_result(path, tmp_path / "plot.png")
+    draw_drop(path, tmp_path / "drop.png")
+
+
+def test_messages(result: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    with pytest.raises(PlotError, match="ends in .png, .svg or .pdf"):
+        plot_result(result, tmp_path / "plot.txt")
+    with pytest.raises(PlotError, match="cannot be written: No such file or directory"):
+        plot_result(result, tmp_path / "no" / "plot.png")
+    with pytest.raises(ResultError, match="No such file"):
+        plot_result(tmp_path / "none.vtkhdf", tmp_path / "plot.png")
+    empty, case = tmp_path / "empty.vtkhdf", drop.case(6, 8)
+    case = replace(case, pressure=replace(case.pressure, value=0.0))
+    ResultFile.create(empty, case, version="1", source_hash="a").close()
+    for draw in (plot_result, draw_drop):
+        with pytest.raises(PlotError, match="before it recorded anything"):
+            draw(empty, tmp_path / "plot.png")
+    with pytest.raises(PlotError, match="without pressure"):
+        plot_result(empty, tmp_path / "plot.png", dimensionless=True)
+    monkeypatch.setitem(sys.modules, "matplotlib", None)
+    with pytest.raises(PlotError, match=r"pip install 'softbrake\[plot\]'"):
+        plot_result(result, tmp_path / "plot.png")

@@ -1,0 +1,195 @@
+"""The result file: what VTK reads of it, round trips, killed runs, messages."""
+
+import json
+import os
+import subprocess
+import sys
+import time
+from dataclasses import asdict, replace
+from pathlib import Path
+
+import h5py
+import numpy as np
+import pytest
+import synthetic_drop as drop
+
+from softbrake import results
+from softbrake.case import Pressure
+from softbrake.results import ResultError, ResultFile
+from softbrake.state import UNITS, History
+
+
+@pytest.fixture(scope="module")
+def small(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    path = tmp_path_factory.mktemp("results") / "drop.vtkhdf"
+    drop.write(path, drop.case(6, 8, belts=2))
+    return path
+
+
+def vtk_steps(path: Path):
+    """Time and PolyData of each step, as ParaView's reader sees them."""
+    vtk = pytest.importorskip("vtkmodules.vtkIOHDF")
+    reader = vtk.vtkHDFReader()
+    reader.SetFileName(str(path))
+    reader.UpdateInformation()
+    for step in range(reader.GetNumberOfSteps()):
+        reader.SetStep(step)
+        reader.Update()
+        yield reader.GetTimeValue(), reader.GetOutputDataObject(0)
+
+
+def test_vtk_reads_every_step_exactly(small: Path) -> None:
+    numpy_support = pytest.importorskip("vtkmodules.util.numpy_support")
+    case = drop.case(6, 8, belts=2)
+    steps = 0
+    for expected_time, (at, poly) in zip(np.linspace(0.0, drop.END, 13), vtk_steps(small), strict=True):
+        assert at == expected_time
+        xyz, fields = drop.shape(case, at)
+        points = numpy_support.vtk_to_numpy(poly.GetPoints().GetData())
+        np.testing.assert_array_equal(points[:-4], xyz.reshape(-1, 3).astype("f4"))
+        assert np.all(points[-4:, 2] < 0)
+        for name in results.POINT_FIELDS:
+            values = numpy_support.vtk_to_numpy(poly.GetPointData().GetArray(name))
+            np.testing.assert_array_equal(values[:-4], fields[name].reshape(-1, *values.shape[1:]).astype("f4"))
+        height, velocity = drop.cargo(at)
+        scalars = {name: poly.GetFieldData().GetArray(name).GetValue(0) for name in results.SCALARS}
+        assert scalars == {"height": height, "velocity": velocity, "pressure": drop.PRESSURE}
+        part = numpy_support.vtk_to_numpy(poly.GetCellData().GetArray("part"))
+        assert part.tolist() == [1] * 2 + [0] * 48 + [2, 3, 4]
+        pressure = numpy_support.vtk_to_numpy(poly.GetCellData().GetArray("pressure"))
+        np.testing.assert_array_equal(pressure, np.where(np.isin(part, [0, 2, 3]), np.float32(drop.PRESSURE), 0))
+        steps += 1
+    assert steps == 13
+
+
+def test_cells_are_the_belts_and_outward_polygons(small: Path) -> None:
+    _, poly = next(vtk_steps(small))
+    cells = [[poly.GetCell(c).GetPointId(k) for k in range(poly.GetCell(c).GetNumberOfPoints())] for c in range(53)]
+    assert cells[0] == [*range(16, 24), 16]  # belts at a third and two thirds of six rows of eight
+    assert cells[1] == [*range(32, 40), 32]
+    points = np.array([poly.GetPoint(k) for k in range(poly.GetNumberOfPoints())])
+    for cell in cells[2:50]:
+        corners = points[cell]
+        normal = np.cross(corners[1] - corners[0], corners[3] - corners[0])
+        assert normal @ (corners.mean(axis=0) * [1, 1, 0]) > 0
+    normals = [np.cross(points[c[1]] - points[c[0]], points[c[2]] - points[c[1]])[2] for c in cells[50:]]
+    assert normals[0] < 0 < min(normals[1:])
+
+
+def test_history_round_trip_with_units(tmp_path: Path) -> None:
+    rows = np.random.default_rng(1).standard_normal((2500, len(History)))
+    path = tmp_path / "drop.vtkhdf"
+    with ResultFile.create(path, drop.case(4, 8), version="1", source_hash="a") as result:
+        result.add_history(rows[:7])
+        result.add_history(rows[7:7])
+        result.add_history(rows[7:])
+    history = results.read_history(path)
+    for column in History:
+        np.testing.assert_array_equal(history[column.name.lower()], rows[:, column])
+    with h5py.File(path) as file:
+        assert dict(file["history"].attrs) == {column.name.lower(): UNITS[column] for column in History}
+
+
+def test_case_summary_snapshots_round_trip(small: Path) -> None:
+    case = drop.case(6, 8, belts=2)
+    assert results.read_case(small) == json.loads(json.dumps(asdict(case)))
+    assert results.read_summary(small) == drop.summary()
+    snapshots = results.read_snapshots(small, "tension_hoop", "velocity")
+    xyz, fields = drop.shape(case, snapshots.times[5])
+    np.testing.assert_array_equal(snapshots.xyz[5], xyz.astype("f4"))
+    np.testing.assert_array_equal(snapshots.fields["tension_hoop"][5], fields["tension_hoop"].astype("f4"))
+    np.testing.assert_array_equal(snapshots.fields["velocity"][5], fields["velocity"].astype("f4"))
+    assert (snapshots.height[5], snapshots.velocity[5]) == drop.cargo(snapshots.times[5])
+    with h5py.File(small) as file:
+        assert (file["softbrake"].attrs["version"], file["softbrake"].attrs["source_hash"]) == ("1.2.3", "abc")
+
+
+def test_tension_scale_is_that_of_section_3_2(small: Path) -> None:
+    air_density, speed, length = 0.125 * 9.81, 80.0, 0.6
+    assert results.read_tension_scale(small) == pytest.approx(air_density * speed**2 * length, rel=1e-3)
+    table = Pressure("table", 0.0, 0.0, 0.0, (0.0, 1.0, 2.0), (1e3, 3e3, 2e3), 0.0)
+    assert results.tension_scale(replace(drop.case(), pressure=table)) == pytest.approx(0.5 * 3e3 * 0.6)
+
+
+@pytest.mark.parametrize("delay", [0.0, 0.02, 0.05])
+def test_file_of_a_killed_run_is_readable(tmp_path: Path, delay: float) -> None:
+    path = tmp_path / "drop.vtkhdf"
+    code = """
+import sys, itertools, synthetic_drop as drop, numpy as np
+case = drop.case(6, 8, belts=2)
+result = drop.ResultFile.create(sys.argv[1], case, version="1", source_hash="a")
+for k in itertools.count():
+    drop.add_snapshot(result, case, drop.END * (k % 100) / 100)
+    result.add_history(drop.history(np.arange(3.0)))
+    print(k, flush=True)
+"""
+    paths = os.pathsep.join([str(Path(drop.__file__).parent), str(Path(results.__file__).parents[1])])
+    process = subprocess.Popen(
+        [sys.executable, "-c", code, str(path)], stdout=subprocess.PIPE, text=True, env={**os.environ, "PYTHONPATH": paths}
+    )
+    assert process.stdout
+    while process.stdout.readline().strip() != "20":
+        assert process.poll() is None
+    time.sleep(delay)
+    process.kill()
+    written = 1 + max([20, *map(int, process.stdout.read().split())])
+    process.wait()
+
+    assert results.read_summary(path) is None
+    assert len(results.read_history(path)) >= 3 * written
+    snapshots = results.read_snapshots(path)
+    assert len(snapshots.times) >= written
+    case = drop.case(6, 8, belts=2)
+    steps = list(vtk_steps(path))
+    assert len(steps) >= written
+    for at, xyz in zip(snapshots.times, snapshots.xyz, strict=True):
+        np.testing.assert_array_equal(xyz, drop.shape(case, at)[0].astype("f4"))
+
+
+def test_file_is_readable_while_it_is_written(tmp_path: Path) -> None:
+    path = tmp_path / "drop.vtkhdf"
+    case = drop.case(4, 8)
+    with ResultFile.create(path, case, version="1", source_hash="a") as result:
+        assert len(results.read_snapshots(path).times) == 0
+        drop.add_snapshot(result, case, 0.01)
+        assert results.read_snapshots(path).times.tolist() == [0.01]
+
+
+def test_new_file_replaces_an_older_one_only_when_it_stands(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    path = tmp_path / "drop.vtkhdf"
+    path.write_text("old")
+
+    def fail(*_: object) -> None:
+        raise OSError(28, "No space left on device")
+
+    with monkeypatch.context() as patch, pytest.raises(ResultError, match="No space left"):
+        patch.setattr(results, "_lay_out", fail)
+        ResultFile.create(path, drop.case(4, 8), version="1", source_hash="a")
+    assert path.read_text() == "old"
+    assert list(tmp_path.iterdir()) == [path]
+    drop.write(path, drop.case(4, 8), snapshots=1)
+    assert list(tmp_path.iterdir()) == [path]
+    assert len(results.read_snapshots(path).times) == 1
+
+
+def test_messages(tmp_path: Path, small: Path) -> None:
+    def message(path: Path) -> str:
+        with pytest.raises(ResultError) as caught:
+            results.read_summary(path)
+        assert "\n" not in str(caught.value)
+        return str(caught.value).removeprefix(f"{path}: ")
+
+    assert message(tmp_path / "none.vtkhdf") == "cannot be read: No such file or directory"
+    text = tmp_path / "text.vtkhdf"
+    text.write_text("no HDF5")
+    assert message(text) == "cannot be read: damaged, or not a result file"
+    cut = tmp_path / "cut.vtkhdf"
+    cut.write_bytes(small.read_bytes()[:-1000])
+    assert message(cut) == "cannot be read: truncated"
+    other = tmp_path / "other.vtkhdf"
+    h5py.File(other, "w").close()
+    assert message(other) == "not a softbrake result file, or an incomplete one"
+    with pytest.raises(ResultError, match="ends in .vtkhdf"):
+        ResultFile.create(tmp_path / "drop.h5", drop.case(4, 8), version="1", source_hash="a")
+    with pytest.raises(ResultError, match="cannot be written: No such file or directory"):
+        ResultFile.create(tmp_path / "no" / "drop.vtkhdf", drop.case(4, 8), version="1", source_hash="a")
