@@ -6,7 +6,9 @@ import numpy as np
 
 from softbrake.case import Case
 from softbrake.state import (
+    PAD,
     Belts,
+    ByColumn,
     Cells,
     Edges,
     Fabric,
@@ -21,7 +23,7 @@ from softbrake.state import (
     Scheme,
     State,
     Sweep,
-    Tops,
+    Top,
     Work,
 )
 
@@ -69,7 +71,7 @@ def build_model(case: Case) -> Model:
     return Model(
         n1=n1,
         n2=n2,
-        stride=n2 + 2,
+        stride=PAD + -(-(n2 + 1) // PAD) * PAD,
         scheme=int(Scheme[case.model.scheme.upper()]),
         courant=case.time.courant,
         end=case.time.end,
@@ -94,19 +96,14 @@ def build_model(case: Case) -> Model:
 
 def build_state(case: Case, model: Model) -> State:
     """Return the state at first contact: unloaded shell, all of it falling with the cargo but the row on the ground."""
-    angle = 2.0 * pi * (np.arange(model.stride) - 1) / model.n2
+    angle = 2.0 * pi * (np.arange(model.stride) - PAD) / model.n2
     radius = 0.5 * case.shell.diameter
-    rows = np.ones((model.n1 + 1, 1))
-    height = np.linspace(0.0, case.shell.height, model.n1 + 1)[:, None] + 0.0 * angle
-    fall = np.where(height > 0.0, -case.cargo.velocity, 0.0)
-    nodes = Nodes(
-        x=(rows * radius * np.cos(angle)).ravel(),
-        y=(rows * radius * np.sin(angle)).ravel(),
-        z=height.ravel(),
-        u=np.zeros(height.size),
-        v=np.zeros(height.size),
-        w=fall.ravel(),
-    )
+    nodes = Nodes(*_rows(model.n1 + 1, model.stride, Nodes._fields))
+    height = np.linspace(0.0, case.shell.height, model.n1 + 1)[:, None]
+    nodes.x.reshape(-1, model.stride)[:] = radius * np.cos(angle)
+    nodes.y.reshape(-1, model.stride)[:] = radius * np.sin(angle)
+    nodes.z.reshape(-1, model.stride)[:] = height
+    nodes.w.reshape(-1, model.stride)[:] = np.where(height > 0.0, -case.cargo.velocity, 0.0)
     now = np.zeros(len(History))
     now[History.HEIGHT] = case.shell.height
     now[History.VELOCITY] = -case.cargo.velocity
@@ -132,19 +129,22 @@ def build_sweep(model: Model) -> Sweep:
         hoop=Edges(*_rows(3, stride, Edges._fields)),
         belt=Edges(*_rows(1, stride, Edges._fields)),
         cells=Cells(*_rows(2, stride, Cells._fields)),
-        force=Rows(*_rows(2, stride, Rows._fields)),
-        area=Rows(*_rows(2, stride, Rows._fields)),
+        force=Rows(*_rows(1, stride, Rows._fields)),
+        force_above=Rows(*_rows(1, stride, Rows._fields)),
+        area=Rows(*_rows(1, stride, Rows._fields)),
+        area_above=Rows(*_rows(1, stride, Rows._fields)),
         mean=Rows(*_rows(2, stride, Rows._fields)),
         pressure=np.zeros(n2),
-        tops=Tops(*(np.zeros(n2) for _ in Tops._fields)),
-        kinetic=np.zeros(n2),
-        impulse=np.zeros(n2),
+        top_generatrix=Top(np.zeros(n2), np.zeros(n2)),
+        top_hoop=Top(np.zeros(n2), np.zeros(n2)),
+        top_belt=Top(np.zeros(n2), np.zeros(n2)),
+        by_column=ByColumn(np.zeros(n2), np.zeros(n2)),
     )
 
 
 def grid_view(flat: Floats, model: Model) -> Floats:
     """Return a flat array of the nodes as a view of shape (n1+1, n2), without the copied columns."""
-    return flat.reshape(model.n1 + 1, model.stride)[:, 1:-1]
+    return flat.reshape(model.n1 + 1, model.stride)[:, PAD : PAD + model.n2]
 
 
 def initial_energy(case: Case, model: Model) -> float:
@@ -156,7 +156,14 @@ def initial_energy(case: Case, model: Model) -> float:
 
 
 def _rows(count: int, stride: int, fields: tuple[str, ...]) -> list[Floats]:
-    return [np.zeros(count * stride) for _ in fields]
+    return [_aligned(count * stride) for _ in fields]
+
+
+def _aligned(size: int) -> Floats:
+    """Zeros that start on a cache line."""
+    block = np.zeros(size + PAD)
+    start = -block.ctypes.data // block.itemsize % PAD
+    return block[start : start + size]
 
 
 def _overlap(height: float, width: float, n1: int, h1: float) -> Floats:

@@ -315,7 +315,7 @@ class _CaseChecker(Checker):
         if not isinstance(law, str) or law not in PRESSURE:
             self.section(node, "pressure", SECTIONS["pressure"], complete=False)
             if isinstance(node.value, dict) and "law" not in members:
-                self.fault(node.key, "pressure.law", "missing", f"{LAW.wanted} is wanted")
+                self.missing(node, "pressure", LAW)
             return none
         keys = (LAW, *PRESSURE[law])
         foreign = {key.name for key in SECTIONS["pressure"]} - {key.name for key in keys}

@@ -7,7 +7,7 @@ from dataclasses import replace
 from difflib import get_close_matches
 from typing import Any
 
-from softbrake.keys import ALTERNATIVES, OPTIONAL_SECTIONS, SECTIONS, Key
+from softbrake.keys import ALTERNATIVES, OPTIONAL_SECTIONS, SECTIONS, Key, needed
 from softbrake.yamlnodes import Node, Place, join
 
 Values = dict[str, Any]  # of a section, without the faulty ones
@@ -40,8 +40,8 @@ class Checker:
         if name in OPTIONAL_SECTIONS:
             return Node({}, root.place, root.place)
         if name not in self.meant:
-            keys = listed(key for key in SECTIONS[name] if key.required)
-            self.fault(root.place, name, "missing", f"a section with {keys} is wanted")
+            example = ", ".join(f"{key.name}: {key.example}" for key in needed(name))
+            self.fault(root.place, name, "missing", f"a section such as '{name}: {{{example}}}' is wanted")
         return None
 
     def section(
@@ -55,7 +55,7 @@ class Checker:
     ) -> Values:
         """Values and defaults of a mapping. others: keys read elsewhere; complete: missing keys are faults."""
         if not isinstance(node.value, dict):
-            self.fault(node.place, path, "not a mapping", f"the keys {listed(keys)} are wanted")
+            self.fault(node.place, path, "not a mapping", f"a mapping of {listed(keys)} is wanted")
             return {}
         known = {key.name: key for key in keys}
         values: Values = {key.name: key.default for key in keys if key.default is not None}
@@ -106,7 +106,7 @@ class Checker:
         """One of the groups must be given in full, and none of another group."""
         assert isinstance(node.value, dict)
         started = [group for group in groups if any(name in node.value for name in group)]
-        wanted = ", or ".join(" and ".join(f"'{name}'" for name in group) for group in groups)
+        wanted = " or ".join(" and ".join(f"'{name}'" for name in group) for group in groups)
         if len(started) > 1:
             place, where = last_given(node, path, [name for group in groups for name in group])
             others = [name for group in groups for name in group if name in node.value and join(path, name) != where]

@@ -75,8 +75,8 @@ def run(
 
     from softbrake import console
     from softbrake.results import ResultError, tension_scale
-    from softbrake.run import Diverged, kernels_cached
-    from softbrake.run import run as simulate
+    from softbrake.drop import Diverged, kernels_cached
+    from softbrake.drop import run as simulate
 
     scale = tension_scale(case) if dimensionless else None
     _check_scale(scale)

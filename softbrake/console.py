@@ -19,7 +19,7 @@ from rich.table import Table
 from softbrake.summary import Summary
 
 if TYPE_CHECKING:
-    from softbrake.run import Progress
+    from softbrake.drop import Progress
 
 STANDARD_GRAVITY = 9.80665  # m/s^2
 SECONDS_BETWEEN_LINES = 2.0
@@ -142,7 +142,8 @@ def print_unfinished(row: dict[str, float]) -> None:
     from softbrake.state import UNITS, History
 
     console = Console(highlight=False, markup=False, emoji=False)
-    console.print("The run did not finish: the file has no summary. Last recorded row:")
+    last = "Last recorded row:" if row else "No row was recorded."
+    console.print(f"The run did not finish: the file has no summary. {last}")
     table = _table()
     for name, value in row.items():
         table.add_row(name, f"{value:.6g}", UNITS[History[name.upper()]])

@@ -129,11 +129,11 @@ SECTIONS: dict[str, tuple[Key, ...]] = {
         Key("G12", Dimension.TENSION, "shear modulus", "0 N/m", default=0.0, least=0),
         Key("areal_density", Dimension.AREAL_DENSITY, "unloaded", "0.05 kg/m^2", required=True, above=0),
         Key("damping_ratio", Dimension.RATIO, "of critical damping of the breathing hoop", "3 %", least=0),
-        Key("viscosity", Dimension.VISCOSITY, "instead of damping_ratio: tension per stretch rate", "0.2 N*s/m", least=0),
+        Key("viscosity", Dimension.VISCOSITY, "instead: tension per stretch rate", "0.2 N*s/m", least=0),
         Key(
             "law",
             ("true_tension", "nominal_tension"),
-            "the paper's (2.9), or one with a potential",
+            "(2.9), or with a potential",
             "true_tension",
             default="true_tension",
         ),
@@ -164,6 +164,13 @@ ALTERNATIVES: dict[str, Alternatives] = {
     "fabric": ((("E",), ("E11", "E22")), (("damping_ratio",), ("viscosity",))),
     "belts": ((("layers",), ("stiffness", "line_density")),),
 }
+
+
+def needed(section: str) -> list[Key]:
+    """The keys of the shortest section: the required ones and the first of alternatives."""
+    first = {name for groups in ALTERNATIVES.get(section, ()) for name in groups[0]}
+    keys = (LAW, *PRESSURE["constant"]) if section == "pressure" else SECTIONS[section]
+    return [key for key in keys if key.required or key.name in first]
 
 
 def schema() -> dict[str, Any]:
@@ -248,15 +255,9 @@ def starter() -> str:
     ]
     lines += [_starter_line(key, "", key.name in ("title", "gravity")) for key in TOP]
     for name, keys in SECTIONS.items():
-        live = {key.name for key in keys if key.required or key.default is not None}
-        live |= {groups[0][0] for groups in ALTERNATIVES.get(name, ())}
-        if name == "pressure":
-            live = {"law", *(key.name for key in PRESSURE["constant"])}
+        live = needed(name)
         lines.append(f"{name}:")
-        seen: set[str] = set()
-        for key in keys:
-            lines.append(_starter_line(key, "  ", key.name in live and key.name not in seen))
-            seen.add(key.name)
+        lines += [_starter_line(key, "  ", key in live or key.default is not None) for key in keys]
     return "\n".join(lines) + "\n"
 
 

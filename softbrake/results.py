@@ -72,6 +72,7 @@ class ResultFile:
         self._file = h5py.File(path, "r+", locking=False)
         root = self._file["VTKHDF"]
         part = root["CellData/part"][:]
+        self.path = path
         self._ground = _ground_corners(case.shell.diameter)
         self._under_pressure = np.isin(part, (SHELL, LOWER_COVER, UPPER_COVER))
         self._points, self._cell_pressure = root["Points"], root["CellData/pressure"]

@@ -2,7 +2,8 @@
 
 Grid. Row i = 0 … n1 counts nodes along the generatrix, from the lower cover on the ground (0) to the upper cover under the
 cargo (n1); column j = 0 … n2-1 counts them around the hoop. A row is stored with one copy of its last column in front and of
-its first column behind, so node (i, j) of a flat array stands at `i*stride + 1 + j`, stride = n2 + 2.
+its first column behind, so node (i, j) of a flat array stands at `i*stride + PAD + j`, columns -1 … n2; PAD and stride are
+multiples of eight doubles, a cache line.
 Suffix _1 is along the generatrix, _2 around the hoop. x3 = z points up.
 """
 
@@ -12,6 +13,7 @@ from typing import NamedTuple
 from numpy.typing import NDArray
 from numpy import float64, int64
 
+PAD = 8
 Floats = NDArray[float64]
 Ints = NDArray[int64]
 
@@ -136,7 +138,7 @@ class Model(NamedTuple):
 
     n1: int  # cells along the generatrix
     n2: int  # cells around the hoop
-    stride: int  # n2 + 2
+    stride: int  # doubles from row to row, see above
     scheme: int  # Scheme
     courant: float
     end: float  # s
@@ -210,22 +212,25 @@ class Cells(NamedTuple):
 
 
 class Rows(NamedTuple):
-    """Two rows of vectors at the nodes; each flat, (2*stride,)."""
+    """One row of vectors at the nodes, or two; each flat, (rows*stride,)."""
 
     x: Floats
     y: Floats
     z: Floats
 
 
-class Tops(NamedTuple):
-    """Largest tension of the step by column, and its row (i + 1/2 between two rows); each (n2,), N/m and rows."""
+class Top(NamedTuple):
+    """Largest tension of the step by column, and its row (i + 1/2 between two rows); each (n2,)."""
 
-    generatrix: Floats
-    generatrix_row: Floats
-    hoop: Floats
-    hoop_row: Floats
-    belt: Floats
-    belt_row: Floats
+    tension: Floats  # N/m
+    row: Floats
+
+
+class ByColumn(NamedTuple):
+    """Sums of the step by column; each (n2,)."""
+
+    kinetic: Floats  # J
+    impulse: Floats  # N s, of the ground on the fabric
 
 
 class Sweep(NamedTuple):
@@ -233,12 +238,15 @@ class Sweep(NamedTuple):
 
     generatrix: Edges  # 2 rows
     hoop: Edges  # 3 rows
-    belt: Edges  # 1 row; only tension, force and elastic are used
+    belt: Edges  # 1 row
     cells: Cells
-    force: Rows  # N, of tensions on the nodes
-    area: Rows  # m^2, area vectors of the nodes, outwards
-    mean: Rows  # m/s, mean of the velocities at n-1/2 and n+1/2
+    force: Rows  # N, of tensions on the nodes of the row under way
+    force_above: Rows  # N, on the nodes of the next row, from the cells and edges below it
+    area: Rows  # m^2, area vectors of the nodes of the row under way, outwards
+    area_above: Rows  # m^2, of the next row, from the cells below it
+    mean: Rows  # m/s, mean of the velocities at n-1/2 and n+1/2; 2 rows
     pressure: Floats  # Pa, on the nodes of a row, (n2,)
-    tops: Tops
-    kinetic: Floats  # J, by column, (n2,)
-    impulse: Floats  # N s, of the ground on the fabric, by column, (n2,)
+    top_generatrix: Top
+    top_hoop: Top
+    top_belt: Top
+    by_column: ByColumn

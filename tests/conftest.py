@@ -37,7 +37,7 @@ def softbrake(tmp_path: Path, environment: dict[str, str]) -> Command:
             env=environment,
             capture_output=True,
             text=True,
-            timeout=300,
+            timeout=120,
         )
 
     return command

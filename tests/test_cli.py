@@ -18,7 +18,7 @@ from typer.testing import CliRunner
 
 from softbrake import console
 from softbrake.cli import app
-from softbrake.run import Progress
+from softbrake.drop import Progress
 from softbrake.summary import Peak, Summary
 
 SMALL = ("--set", "grid.generatrix=8", "--set", "grid.hoop=12", "--set", "time.end=5ms")
@@ -66,9 +66,9 @@ def test_package_gives_its_functions_and_loads_nothing(environment: dict[str, st
     code = f"""
 import sys, softbrake
 assert not {SLOW | {"yaml"}!r}.intersection(sys.modules)
-import softbrake.run, softbrake.case
+import softbrake.drop, softbrake.case
 from softbrake import load_case, run
-assert softbrake.run is run is sys.modules["softbrake.run"].run
+assert softbrake.run is run is softbrake.drop.run
 assert load_case is softbrake.case.load_case
 """
     done = subprocess.run([sys.executable, "-c", code], env=environment, capture_output=True, text=True)
@@ -163,7 +163,7 @@ def test_mistakes(softbrake: Command, paper: Path, tmp_path: Path, arguments: li
 
 
 def test_divergence_is_one_line_and_exit_1(paper: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    module = importlib.import_module("softbrake.run")  # `softbrake.run` itself is the function
+    module = importlib.import_module("softbrake.drop")
 
     def diverge(*_: object, **__: object) -> None:
         raise module.Diverged("step 7, t = 1 ms: a velocity is not a number")
@@ -329,6 +329,7 @@ def test_interrupt_leaves_a_readable_file_and_exit_130(
         stdout=subprocess.PIPE,
         stderr=subprocess.PIPE,
         text=True,
+        preexec_fn=lambda: signal.signal(signal.SIGINT, signal.default_int_handler),  # a shell's background job ignores it
     ) as process:
         assert process.stderr is not None
         for line in process.stderr:

@@ -8,8 +8,10 @@ Force per unloaded width is T (1 + e) with the elongation e across for true tens
 from numba import uint64
 
 from softbrake.kernels.jit import kernel
+from softbrake.state import PAD
 
 ONE = uint64(1)
+FIRST = uint64(PAD)
 SMALLEST_STRETCH = 1e-12
 
 
@@ -63,8 +65,8 @@ def update_hoop_tension(fabric, hoop, generatrix, edge, below, above, columns):
 def update_belt_tension(belts, row, hoop, generatrix, belt, edge, below, above, columns):
     """Update N22 of the belt on a row of hoop edges, from column -1 on. Eq. (2.3): slack in compression, as printed there.
 
-    Reads hoop.e, rate, inverse at offset edge; generatrix.e at offsets below, above.
-    Writes belt.tension (N/m, over the belt's width), force and elastic (N/m: edge force over edge length), from index 0 on.
+    Reads hoop at offset edge; generatrix.e at offsets below, above. Writes belt.x, y, z (m), tension (N/m, over the belt's
+    width), force and elastic (N/m: edge force over edge length).
     """
     stiffness = belts.stiffness[row]
     coupling = belts.coupling[row]
@@ -77,9 +79,13 @@ def update_belt_tension(belts, row, hoop, generatrix, belt, edge, below, above, 
         across = 0.25 * (generatrix.e[a - ONE] + generatrix.e[a] + generatrix.e[b - ONE] + generatrix.e[b])
         hooke = stiffness * hoop.e[c] + coupling * across
         force = max(hooke + viscosity * hoop.rate[c], 0.0)
-        belt.tension[j] = force * per_width
-        belt.force[j] = force * hoop.inverse[c]
-        belt.elastic[j] = max(hooke, 0.0) * hoop.inverse[c]
+        d = FIRST + j - ONE
+        belt.x[d] = hoop.x[c]
+        belt.y[d] = hoop.y[c]
+        belt.z[d] = hoop.z[c]
+        belt.tension[d] = force * per_width
+        belt.force[d] = force * hoop.inverse[c]
+        belt.elastic[d] = max(hooke, 0.0) * hoop.inverse[c]
 
 
 @kernel
@@ -134,96 +140,94 @@ def update_shear(fabric, generatrix, hoop, cells, edge, lower, upper, cell, colu
 
 
 @kernel
-def add_generatrix_forces(edges, force, edge, lower, upper, columns):
+def add_generatrix_forces(edges, force, force_above, edge, columns):
     """Add the pull of one row of generatrix edges to the rows below and above. First difference of (2.8).
 
-    Reads edges.x, y, z, force at offset edge. Writes force (N) at offsets lower, upper.
+    Reads edges.x, y, z, force at offset edge. Writes force (N) of the row below and force_above of the row above.
     """
     for j in range(uint64(columns)):
         c = edge + j
         x = edges.force[c] * edges.x[c]
         y = edges.force[c] * edges.y[c]
         z = edges.force[c] * edges.z[c]
-        force.x[lower + j] += x
-        force.y[lower + j] += y
-        force.z[lower + j] += z
-        force.x[upper + j] -= x
-        force.y[upper + j] -= y
-        force.z[upper + j] -= z
+        d = FIRST + j
+        force.x[d] += x
+        force.y[d] += y
+        force.z[d] += z
+        force_above.x[d] -= x
+        force_above.y[d] -= y
+        force_above.z[d] -= z
 
 
 @kernel
-def add_hoop_forces(edges, pull, force, edge, first, row, columns):
+def add_hoop_forces(edges, force, edge, columns):
     """Add the pull of a row of hoop edges, fabric or belt, to its nodes. Second difference of (2.8), dT/ds0 of (2.3).
 
-    Reads edges.x, y, z at offset edge; pull (N/m: edge force over edge length) at offset first, that of column -1 before it.
-    Writes force (N) at offset row.
+    Reads edges.x, y, z, force at offset edge. Writes force (N).
     """
     for j in range(uint64(columns)):
         c = edge + j
-        right = pull[first + j]
-        left = pull[first + j - ONE]
-        force.x[row + j] += right * edges.x[c] - left * edges.x[c - ONE]
-        force.y[row + j] += right * edges.y[c] - left * edges.y[c - ONE]
-        force.z[row + j] += right * edges.z[c] - left * edges.z[c - ONE]
+        right = edges.force[c]
+        left = edges.force[c - ONE]
+        force.x[FIRST + j] += right * edges.x[c] - left * edges.x[c - ONE]
+        force.y[FIRST + j] += right * edges.y[c] - left * edges.y[c - ONE]
+        force.z[FIRST + j] += right * edges.z[c] - left * edges.z[c - ONE]
 
 
 @kernel
-def add_cell_forces(generatrix, hoop, pull_1, pull_2, force, edge, lower, upper, cell, force_lower, force_upper, columns):
+def add_cell_forces(generatrix, hoop, cells, force, force_above, edge, lower, upper, cell, columns):
     """Add the corner forces of one row of cells to the rows below and above. Sums over ± of (3.2).
 
-    A corner force is pull_1 (N/m) times the sum of the cell's generatrix edges, upwards on the lower corners and downwards on
-    the upper ones, and pull_2 times the sum of its hoop edges, to the right on the left corners and to the left on the right.
-    Writes force (N) at offsets force_lower, force_upper.
+    A corner force is force_1 (N/m) times the sum of the cell's generatrix edges, upwards on the lower corners and downwards on
+    the upper ones, and force_2 times the sum of its hoop edges, to the right on the left corners and to the left on the right.
+    Writes force (N) of the row below and force_above of the row above.
     """
     for j in range(uint64(columns)):
         g = edge + j
         a = lower + j
         b = upper + j
-        right_1 = pull_1[cell + j]
-        left_1 = pull_1[cell + j - ONE]
-        right_2 = pull_2[cell + j]
-        left_2 = pull_2[cell + j - ONE]
-        lo = force_lower + j
-        up = force_upper + j
+        right_1 = cells.force_1[cell + j]
+        left_1 = cells.force_1[cell + j - ONE]
+        right_2 = cells.force_2[cell + j]
+        left_2 = cells.force_2[cell + j - ONE]
+        d = FIRST + j
         x1 = right_1 * (generatrix.x[g] + generatrix.x[g + ONE]) + left_1 * (generatrix.x[g - ONE] + generatrix.x[g])
         y1 = right_1 * (generatrix.y[g] + generatrix.y[g + ONE]) + left_1 * (generatrix.y[g - ONE] + generatrix.y[g])
         z1 = right_1 * (generatrix.z[g] + generatrix.z[g + ONE]) + left_1 * (generatrix.z[g - ONE] + generatrix.z[g])
         x2 = right_2 * (hoop.x[a] + hoop.x[b]) - left_2 * (hoop.x[a - ONE] + hoop.x[b - ONE])
         y2 = right_2 * (hoop.y[a] + hoop.y[b]) - left_2 * (hoop.y[a - ONE] + hoop.y[b - ONE])
         z2 = right_2 * (hoop.z[a] + hoop.z[b]) - left_2 * (hoop.z[a - ONE] + hoop.z[b - ONE])
-        force.x[lo] += x1 + x2
-        force.y[lo] += y1 + y2
-        force.z[lo] += z1 + z2
-        force.x[up] += x2 - x1
-        force.y[up] += y2 - y1
-        force.z[up] += z2 - z1
+        force.x[d] += x1 + x2
+        force.y[d] += y1 + y2
+        force.z[d] += z1 + z2
+        force_above.x[d] += x2 - x1
+        force_above.y[d] += y2 - y1
+        force_above.z[d] += z2 - z1
 
 
 @kernel
-def add_shear_forces(generatrix, hoop, pull, force, edge, lower, upper, cell, force_lower, force_upper, columns):
+def add_shear_forces(generatrix, hoop, cells, force, force_above, edge, lower, upper, cell, columns):
     """Add the corner forces of T12 = T21 of one row of cells. Eq. (2.2), second terms of both brackets.
 
-    As add_cell_forces with the edges exchanged: pull (N/m) times the sum of the cell's hoop edges upwards on the lower corners,
-    and times the sum of its generatrix edges to the right on the left corners. Writes force (N) at the two rows.
+    As add_cell_forces with the edges exchanged: shear (N/m) times the sum of the cell's hoop edges upwards on the lower corners,
+    and times the sum of its generatrix edges to the right on the left corners. Writes force (N) of the row below, force_above.
     """
     for j in range(uint64(columns)):
         g = edge + j
         a = lower + j
         b = upper + j
-        right = pull[cell + j]
-        left = pull[cell + j - ONE]
-        lo = force_lower + j
-        up = force_upper + j
+        right = cells.shear[cell + j]
+        left = cells.shear[cell + j - ONE]
+        d = FIRST + j
         x1 = right * (hoop.x[a] + hoop.x[b]) + left * (hoop.x[a - ONE] + hoop.x[b - ONE])
         y1 = right * (hoop.y[a] + hoop.y[b]) + left * (hoop.y[a - ONE] + hoop.y[b - ONE])
         z1 = right * (hoop.z[a] + hoop.z[b]) + left * (hoop.z[a - ONE] + hoop.z[b - ONE])
         x2 = right * (generatrix.x[g] + generatrix.x[g + ONE]) - left * (generatrix.x[g - ONE] + generatrix.x[g])
         y2 = right * (generatrix.y[g] + generatrix.y[g + ONE]) - left * (generatrix.y[g - ONE] + generatrix.y[g])
         z2 = right * (generatrix.z[g] + generatrix.z[g + ONE]) - left * (generatrix.z[g - ONE] + generatrix.z[g])
-        force.x[lo] += x1 + x2
-        force.y[lo] += y1 + y2
-        force.z[lo] += z1 + z2
-        force.x[up] += x2 - x1
-        force.y[up] += y2 - y1
-        force.z[up] += z2 - z1
+        force.x[d] += x1 + x2
+        force.y[d] += y1 + y2
+        force.z[d] += z1 + z2
+        force_above.x[d] += x2 - x1
+        force_above.y[d] += y2 - y1
+        force_above.z[d] += z2 - z1

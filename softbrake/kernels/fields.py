@@ -5,9 +5,10 @@ from numba import uint64
 from softbrake.kernels.fabric import update_cell_tension, update_generatrix_tension, update_hoop_tension
 from softbrake.kernels.geometry import update_edges
 from softbrake.kernels.jit import kernel
-from softbrake.state import Scheme
+from softbrake.state import PAD, Scheme
 
 ONE = uint64(1)
+FIRST = uint64(PAD)
 
 
 @kernel
@@ -21,14 +22,14 @@ def sample_fields(model, nodes, sweep, stretch_1, stretch_2, tension_1, tension_
     stride = uint64(model.stride)
     fabric, g, h = model.fabric, sweep.generatrix, sweep.hoop
     edge_scheme = model.scheme == Scheme.EDGE
-    update_edges(nodes, h, uint64(0), ONE, uint64(0), n2 + 1, fabric.h2)
+    update_edges(nodes, h, FIRST - ONE, ONE, FIRST - ONE, n2 + 1, fabric.h2)
     for i in range(n1 + 1):
-        node = uint64(i) * stride + ONE
-        row = uint64(i % 2) * stride + ONE
-        below = uint64((i + 1) % 2) * stride + ONE
-        hoop = uint64(i % 3) * stride + ONE
-        hoop_above = uint64((i + 1) % 3) * stride + ONE
-        hoop_below = uint64((i + 2) % 3) * stride + ONE
+        node = uint64(i) * stride + FIRST
+        row = uint64(i % 2) * stride + FIRST
+        below = uint64((i + 1) % 2) * stride + FIRST
+        hoop = uint64(i % 3) * stride + FIRST
+        hoop_above = uint64((i + 1) % 3) * stride + FIRST
+        hoop_below = uint64((i + 2) % 3) * stride + FIRST
         if i < n1:
             update_edges(nodes, g, node - ONE, stride, row - ONE, n2 + 2, fabric.h1)
             update_edges(nodes, h, node + stride - ONE, ONE, hoop_above - ONE, n2 + 1, fabric.h2)

@@ -5,8 +5,11 @@ from math import sqrt
 from numba import uint64
 
 from softbrake.kernels.jit import kernel
+from softbrake.state import PAD
 
 ONE = uint64(1)
+FIRST = uint64(PAD)
+TWIST = 1.0 / 24.0
 SMALLEST_SQUARE = 1e-60  # m^2: two nodes on one place have an edge of no direction and no force
 
 
@@ -39,7 +42,7 @@ def update_edges(nodes, edges, node, step, edge, count, spacing):
 
 
 @kernel
-def add_area_vectors(nodes, area, node, stride, lower, upper, columns):
+def add_area_vectors(nodes, area, area_above, node, stride, columns):
     """Add one row of cells to the area vectors of the nodes on it. F of section 3, l3 sqrt(G) of (2.7).
 
     The gradient of the volume below the bilinear patch over the cell's corners, so that constant pressure has a potential and
@@ -50,13 +53,12 @@ def add_area_vectors(nodes, area, node, stride, lower, upper, columns):
         │       │                                        N = d×e/2
         00 ─── 10        N/4 + e×t/24    N/4 + d×t/24    (columns along the hoop, rows upwards)
 
-    Reads nodes; node: offset of the lower row's node 0. Writes area (m^2) at offsets lower, upper: rows below and above.
+    Reads nodes; node: offset of the lower row's node 0. Writes area (m^2) of the lower row and area_above of the upper one.
     """
     for j in range(uint64(columns)):
         a = node + j
         b = a + stride
-        c = lower + j
-        d = upper + j
+        c = FIRST + j
         # The cell to the right of the node (r) and the one to its left (l), component by component.
         dx = nodes.x[b + ONE] - nodes.x[a]
         dy = nodes.y[b + ONE] - nodes.y[a]
@@ -79,9 +81,9 @@ def add_area_vectors(nodes, area, node, stride, lower, upper, columns):
         nx = (dy * ez - dz * ey + fy * gz - fz * gy) * 0.125
         ny = (dz * ex - dx * ez + fz * gx - fx * gz) * 0.125
         nz = (dx * ey - dy * ex + fx * gy - fy * gx) * 0.125
-        area.x[c] += nx + (ey * tz - ez * ty + fy * sz - fz * sy) / 24.0
-        area.y[c] += ny + (ez * tx - ex * tz + fz * sx - fx * sz) / 24.0
-        area.z[c] += nz + (ex * ty - ey * tx + fx * sy - fy * sx) / 24.0
-        area.x[d] += nx - (dy * tz - dz * ty + gy * sz - gz * sy) / 24.0
-        area.y[d] += ny - (dz * tx - dx * tz + gz * sx - gx * sz) / 24.0
-        area.z[d] += nz - (dx * ty - dy * tx + gx * sy - gy * sx) / 24.0
+        area.x[c] += nx + (ey * tz - ez * ty + fy * sz - fz * sy) * TWIST
+        area.y[c] += ny + (ez * tx - ex * tz + fz * sx - fx * sz) * TWIST
+        area.z[c] += nz + (ex * ty - ey * tx + fx * sy - fy * sx) * TWIST
+        area_above.x[c] += nx - (dy * tz - dz * ty + gy * sz - gz * sy) * TWIST
+        area_above.y[c] += ny - (dz * tx - dx * tz + gz * sx - gx * sz) * TWIST
+        area_above.z[c] += nz - (dx * ty - dy * tx + gx * sy - gy * sx) * TWIST

@@ -8,13 +8,8 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-import llvmlite.binding as llvm
 from numba import config, njit
-
-# LLVM gives up vectorising a loop over more than about five arrays, since it would have to test at run time that none
-# overlap, unless told that many such tests are fine: 1.15 against 1.9 ns a node for update_edges.
-llvm.set_option("", "--runtime-memory-check-threshold=256")
-
+from numba.core.compiler import Compiler
 
 PACKAGE = Path(__file__).resolve().parents[1]
 
@@ -55,12 +50,24 @@ def _cache_folder() -> Path:
 CACHE_FOLDER = _cache_folder()
 
 
+class NoAlias(Compiler):
+    """Compiles with the promise that no two arrays given to a kernel overlap where one of them is written.
+
+    LLVM else tests this at run time before each loop it vectorises, pair by pair of arrays, or gives up where they are many:
+    52 against 188 ns for update_edges on 96 columns, 126 against 480 for add_generatrix_forces.
+    """
+
+    def __init__(self, typingctx: Any, targetctx: Any, library: Any, args: Any, return_type: Any, flags: Any, locals: Any) -> None:
+        flags.noalias = True
+        super().__init__(typingctx, targetctx, library, args, return_type, flags, locals)
+
+
 def kernel(function: Callable[..., Any]) -> Callable[..., Any]:
-    """Compile at the first call, cache the machine code; division by zero gives inf as in NumPy."""
+    """Compile at the first call, cache the machine code; division by zero gives inf as in NumPy. See NoAlias."""
     theirs = config.CACHE_DIR
     config.CACHE_DIR = str(CACHE_FOLDER)
     try:
-        compiled: Callable[..., Any] = njit(cache=True, error_model="numpy")(function)
+        compiled: Callable[..., Any] = njit(cache=True, error_model="numpy", pipeline_class=NoAlias)(function)
         return compiled
     finally:
         config.CACHE_DIR = theirs

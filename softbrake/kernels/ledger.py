@@ -13,29 +13,28 @@ ONE = uint64(1)
 
 
 @kernel
-def add_edge_work(edges, pull, elastic, mean, work_elastic, work_viscous, edge, first, start, end, dt, columns):
+def add_edge_work(edges, mean, elastic, viscous, edge, start, end, dt, columns):
     """Add the work of a row of edges, fabric or belt, on the nodes at their starts and ends.
 
-    Reads edges.x, y, z (m) at offset edge; pull, elastic (N/m: edge force over edge length) at offset first; mean (m/s) at
-    offsets start, end; dt (s). Writes work_elastic, work_viscous (J), (n2,).
+    Reads edges.x, y, z, force, elastic at offset edge; mean (m/s) at offsets start, end; dt (s).
+    Writes elastic, viscous (J), (n2,).
     """
     for j in range(uint64(columns)):
         c = edge + j
         a = start + j
         b = end + j
-        d = first + j
         closing = dt * (
             edges.x[c] * (mean.x[a] - mean.x[b]) + edges.y[c] * (mean.y[a] - mean.y[b]) + edges.z[c] * (mean.z[a] - mean.z[b])
         )
-        work_elastic[j] += elastic[d] * closing
-        work_viscous[j] += (pull[d] - elastic[d]) * closing
+        elastic[j] += edges.elastic[c] * closing
+        viscous[j] += (edges.force[c] - edges.elastic[c]) * closing
 
 
 @kernel
-def add_cell_work(generatrix, hoop, cells, mean, work, edge, lower_hoop, upper_hoop, cell, lower, upper, dt, columns):
+def add_cell_work(generatrix, hoop, cells, mean, elastic, viscous, edge, lower_hoop, upper_hoop, cell, lower, upper, dt, columns):
     """Add the work of one row of cells of the printed scheme on their corners.
 
-    Reads the edges and cells as add_cell_forces does, mean (m/s) at offsets lower, upper. Writes work.elastic, viscous (J).
+    Reads the edges and cells as add_cell_forces does, mean (m/s) at offsets lower, upper. Writes elastic, viscous (J), (n2,).
     """
     for j in range(uint64(columns)):
         g = edge + j
@@ -52,14 +51,14 @@ def add_cell_work(generatrix, hoop, cells, mean, work, edge, lower_hoop, upper_h
         right += (hoop.x[a] + hoop.x[b]) * (mean.x[k] + mean.x[m] - mean.x[k + ONE] - mean.x[m + ONE])
         right += (hoop.y[a] + hoop.y[b]) * (mean.y[k] + mean.y[m] - mean.y[k + ONE] - mean.y[m + ONE])
         right += (hoop.z[a] + hoop.z[b]) * (mean.z[k] + mean.z[m] - mean.z[k + ONE] - mean.z[m + ONE])
-        elastic = dt * (cells.elastic_1[c] * up + cells.elastic_2[c] * right)
-        work.elastic[j] += elastic
-        work.viscous[j] += dt * (cells.force_1[c] * up + cells.force_2[c] * right) - elastic
+        returned = dt * (cells.elastic_1[c] * up + cells.elastic_2[c] * right)
+        elastic[j] += returned
+        viscous[j] += dt * (cells.force_1[c] * up + cells.force_2[c] * right) - returned
 
 
 @kernel
-def add_shear_work(generatrix, hoop, cells, mean, work, edge, lower_hoop, upper_hoop, cell, lower, upper, dt, columns):
-    """Add the work of T12 of one row of cells on their corners. Reads as add_cell_work. Writes work.elastic (J)."""
+def add_shear_work(generatrix, hoop, cells, mean, elastic, edge, lower_hoop, upper_hoop, cell, lower, upper, dt, columns):
+    """Add the work of T12 of one row of cells on their corners. Reads as add_cell_work. Writes elastic (J), (n2,)."""
     for j in range(uint64(columns)):
         g = edge + j
         a = lower_hoop + j
@@ -73,13 +72,14 @@ def add_shear_work(generatrix, hoop, cells, mean, work, edge, lower_hoop, upper_
         power += (generatrix.x[g] + generatrix.x[g + ONE]) * (mean.x[k] + mean.x[m] - mean.x[k + ONE] - mean.x[m + ONE])
         power += (generatrix.y[g] + generatrix.y[g + ONE]) * (mean.y[k] + mean.y[m] - mean.y[k + ONE] - mean.y[m + ONE])
         power += (generatrix.z[g] + generatrix.z[g + ONE]) * (mean.z[k] + mean.z[m] - mean.z[k + ONE] - mean.z[m + ONE])
-        work.elastic[j] += dt * cells.shear[cell + j] * power
+        elastic[j] += dt * cells.shear[cell + j] * power
 
 
 @kernel
-def update_top(tension, first, top, top_row, row, columns):
-    """Update the largest tension of the step by column, and the row where it stands. Reads tension at offset first."""
+def update_top(edges, edge, top, row, columns):
+    """Update the largest tension of the step by column, and the row where it stands. Reads edges.tension at offset edge."""
+    tension, largest, where = edges.tension, top.tension, top.row
     for j in range(uint64(columns)):
-        larger = tension[first + j] > top[j]
-        top[j] = tension[first + j] if larger else top[j]
-        top_row[j] = row if larger else top_row[j]
+        larger = tension[edge + j] > largest[j]
+        largest[j] = tension[edge + j] if larger else largest[j]
+        where[j] = row if larger else where[j]

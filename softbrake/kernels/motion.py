@@ -3,59 +3,58 @@
 from numba import uint64
 
 from softbrake.kernels.jit import kernel
-from softbrake.state import History
+from softbrake.state import PAD, History
 
 ONE = uint64(1)
+FIRST = uint64(PAD)
 
 
 @kernel
-def push_row(model, nodes, sweep, work, mass, dt, step, node, row):
-    """Push a row of free nodes from n to n+1, the ground stopping them. Eqs. (3.2), (3.4); first line of (3.2) with P F.
+def push_row(nodes, force, area, pressure, mean, work, by_column, mass, gravity, dt, step, node, row, columns):
+    """Push a row of free nodes from n to n+1, the ground stopping them. Eqs. (3.2), (3.4).
 
-    V^{n+1/2} = V^{n-1/2} + dt (T + p S)/mass - dt g;  x^{n+1} = x^n + step V^{n+1/2}; where z^{n+1} would be negative the
-    ground's impulse leaves z^{n+1} = 0.
-    Reads sweep.force, area at offset row, sweep.pressure; dt (s): from n-1/2 to n+1/2; step (s): from n to n+1.
-    Writes nodes at offset node with the copies at both ends of the row; sweep.mean, kinetic, impulse; work.
+    V^{n+1/2} = V^{n-1/2} + dt (force + pressure area)/mass - dt g;  x^{n+1} = x^n + step V^{n+1/2}; where z^{n+1} would be
+    negative the ground's impulse leaves z^{n+1} = 0.
+    Reads force (N), area (m^2), pressure (Pa) of the row; mass (kg) of a node; dt (s): from n-1/2 to n+1/2; step (s): from n
+    to n+1. Writes nodes at offset node with the copies at both ends of the row; mean at offset row; by_column; work.
     """
     per_mass = dt / mass
-    weight = dt * model.gravity
+    weight = dt * gravity
     per_step = 1.0 / step
-    for j in range(uint64(model.n2)):
+    for j in range(uint64(columns)):
         a = node + j
-        b = row + j
-        pressure = sweep.pressure[j]
-        u = nodes.u[a] + per_mass * (sweep.force.x[b] + pressure * sweep.area.x[b])
-        v = nodes.v[a] + per_mass * (sweep.force.y[b] + pressure * sweep.area.y[b])
-        free = nodes.w[a] + per_mass * (sweep.force.z[b] + pressure * sweep.area.z[b]) - weight
+        b = FIRST + j
+        c = row + j
+        u = nodes.u[a] + per_mass * (force.x[b] + pressure[j] * area.x[b])
+        v = nodes.v[a] + per_mass * (force.y[b] + pressure[j] * area.y[b])
+        free = nodes.w[a] + per_mass * (force.z[b] + pressure[j] * area.z[b]) - weight
         w = max(free, -nodes.z[a] * per_step)
         mean_u = 0.5 * (nodes.u[a] + u)
         mean_v = 0.5 * (nodes.v[a] + v)
         mean_w = 0.5 * (nodes.w[a] + w)
-        work.pressure[j] += (
-            dt * pressure * (sweep.area.x[b] * mean_u + sweep.area.y[b] * mean_v + sweep.area.z[b] * mean_w)
-        )
+        work.pressure[j] += dt * pressure[j] * (area.x[b] * mean_u + area.y[b] * mean_v + area.z[b] * mean_w)
         work.gravity[j] -= weight * mass * mean_w
         work.ground[j] += mass * (w - free) * mean_w
-        sweep.impulse[j] += mass * (w - free)
-        sweep.kinetic[j] += 0.5 * mass * (u * u + v * v + w * w)
-        sweep.mean.x[b] = mean_u
-        sweep.mean.y[b] = mean_v
-        sweep.mean.z[b] = mean_w
+        by_column.impulse[j] += mass * (w - free)
+        by_column.kinetic[j] += 0.5 * mass * (u * u + v * v + w * w)
+        mean.x[c] = mean_u
+        mean.y[c] = mean_v
+        mean.z[c] = mean_w
         nodes.u[a] = u
         nodes.v[a] = v
         nodes.w[a] = w
         nodes.x[a] += step * u
         nodes.y[a] += step * v
         nodes.z[a] = max(nodes.z[a] + step * w, 0.0)
-    close_row(nodes.x, node, model.n2)
-    close_row(nodes.y, node, model.n2)
-    close_row(nodes.z, node, model.n2)
-    close_row(nodes.u, node, model.n2)
-    close_row(nodes.v, node, model.n2)
-    close_row(nodes.w, node, model.n2)
-    close_row(sweep.mean.x, row, model.n2)
-    close_row(sweep.mean.y, row, model.n2)
-    close_row(sweep.mean.z, row, model.n2)
+    close_row(nodes.x, node, columns)
+    close_row(nodes.y, node, columns)
+    close_row(nodes.z, node, columns)
+    close_row(nodes.u, node, columns)
+    close_row(nodes.v, node, columns)
+    close_row(nodes.w, node, columns)
+    close_row(mean.x, row, columns)
+    close_row(mean.y, row, columns)
+    close_row(mean.z, row, columns)
 
 
 @kernel
@@ -66,51 +65,50 @@ def close_row(values, first, columns):
 
 
 @kernel
-def hold_row(sweep, row, columns, velocity):
-    """Set the mean velocity of a row on a cover: it moves with the cover. Writes sweep.mean (m/s) at offset row."""
+def hold_row(mean, row, columns, velocity):
+    """Set the mean velocity (m/s) of a row that moves with its cover. Writes mean at offset row."""
     for j in range(uint64(columns + 2)):
         a = row - ONE + j
-        sweep.mean.x[a] = 0.0
-        sweep.mean.y[a] = 0.0
-        sweep.mean.z[a] = velocity
+        mean.x[a] = 0.0
+        mean.y[a] = 0.0
+        mean.z[a] = velocity
 
 
 @kernel
-def vertical_force(sweep, row, columns):
+def vertical_force(force, area, pressure, columns):
     """Return the vertical force (N) of tensions and pressure on the nodes of a row on a cover."""
     total = 0.0
     for j in range(uint64(columns)):
-        total += sweep.force.z[row + j] + sweep.pressure[j] * sweep.area.z[row + j]
+        total += force.z[FIRST + j] + pressure[j] * area.z[FIRST + j]
     return total
 
 
 @kernel
-def push_cargo(model, state, sweep, mass, pressure, dt, step, node, row):
-    """Push cargo, upper cover and the row of fabric on it from n to n+1. Eq. (2.4), (3.4).
+def push_cargo(model, state, sweep, pressure, dt, step, node, row):
+    """Push cargo, upper cover and the row of fabric on it from n to n+1. Eqs. (2.4), (3.4). Returns the new height (m).
 
-    (2.4) with the pull of the fabric, and the pressure on the half cell below the cover, from the row's forces.
-    Reads mass (kg) of a node of the row; pressure (Pa): p~. Writes state.now: height, velocity, acceleration, cover force;
-    nodes at offset node; sweep.mean, kinetic; work. Returns the new height (m).
+    The pull of the fabric, and the pressure on the half cell below the cover, come from the forces on the row's nodes.
+    Reads pressure (Pa): p~; dt, step (s) as push_row. Writes state.now: velocity, acceleration, cover force; nodes at offset
+    node; sweep.mean at offset row, by_column; work.
     """
-    now = state.now
-    columns = model.n2
-    total = model.cargo_mass + columns * mass
+    now, nodes, work = state.now, state.nodes, state.work
+    total = model.cargo_mass + model.n2 * model.mass[model.n1]
     gas = pressure * model.cover_area
-    by_area = 0.0
-    for j in range(uint64(columns)):
-        by_area += sweep.pressure[j] * sweep.area.z[row + j]
-    now[History.COVER_FORCE] = gas + vertical_force(sweep, row, columns)
+    gas_on_row = 0.0
+    for j in range(uint64(model.n2)):
+        gas_on_row += sweep.pressure[j] * sweep.area.z[FIRST + j]
+    now[History.COVER_FORCE] = gas + vertical_force(sweep.force, sweep.area, sweep.pressure, model.n2)
     now[History.ACCELERATION] = now[History.COVER_FORCE] / total - model.gravity
-    old = state.nodes.w[node]
+    old = nodes.w[node]
     new = old + dt * now[History.ACCELERATION]
     now[History.VELOCITY] = new - 0.5 * step * now[History.ACCELERATION]
     height = now[History.HEIGHT] + step * new
     mean = 0.5 * (old + new)
-    hold_row(sweep, row, columns, mean)
-    state.work.pressure[0] += dt * (gas + by_area) * mean
-    state.work.gravity[0] -= dt * model.gravity * total * mean
-    sweep.kinetic[0] += 0.5 * total * new * new
-    for j in range(uint64(columns + 2)):
-        state.nodes.z[node - ONE + j] = height
-        state.nodes.w[node - ONE + j] = new
+    hold_row(sweep.mean, row, model.n2, mean)
+    work.pressure[0] += dt * (gas + gas_on_row) * mean
+    work.gravity[0] -= dt * model.gravity * total * mean
+    sweep.by_column.kinetic[0] += 0.5 * total * new * new
+    for j in range(uint64(model.n2 + 2)):
+        nodes.z[node - ONE + j] = height
+        nodes.w[node - ONE + j] = new
     return height

@@ -5,8 +5,9 @@ from math import cos, pi, sin, sqrt
 from numba import uint64
 
 from softbrake.kernels.jit import kernel
-from softbrake.state import PressureLaw
+from softbrake.state import PAD, PressureLaw
 
+FIRST = uint64(PAD)
 SMALLEST_AREA = 1e-60  # m^2
 
 
@@ -33,14 +34,14 @@ def pressure_at(pressure, time):
 
 
 @kernel
-def update_damped_pressure(pressure, uniform, nodes, area, on_nodes, node, row, columns):
+def update_damped_pressure(pressure, uniform, nodes, area, on_nodes, node, columns):
     """Update the pressure on the nodes of a row by their normal velocities V^n at n-1/2. Eq. (2.11).
 
-    Reads uniform: p~ (Pa); nodes at offset node; area at offset row. Writes on_nodes (Pa), (n2,).
+    Reads uniform: p~ (Pa); nodes at offset node; area. Writes on_nodes (Pa), (n2,).
     """
     for j in range(uint64(columns)):
         a = node + j
-        b = row + j
+        b = FIRST + j
         square = area.x[b] * area.x[b] + area.y[b] * area.y[b] + area.z[b] * area.z[b]
         through = nodes.u[a] * area.x[b] + nodes.v[a] * area.y[b] + nodes.w[a] * area.z[b]
         factor = 1.0 - pressure.damping * through / sqrt(max(square, SMALLEST_AREA))

@@ -21,9 +21,10 @@ from softbrake.kernels.ledger import add_cell_work, add_edge_work, add_shear_wor
 from softbrake.kernels.motion import hold_row, push_cargo, push_row, vertical_force
 from softbrake.kernels.pressure import pressure_at, update_damped_pressure
 from softbrake.kernels.timestep import stable_step
-from softbrake.state import History, Outcome, Peak, Scheme
+from softbrake.state import PAD, History, Outcome, Peak, Scheme
 
 ONE = uint64(1)
+FIRST = uint64(PAD)
 STEPS_PER_STEP_CHOICE = 16  # a choice costs about a step; at 650 m/s waves pass eight cells meanwhile
 RUNAWAY = 4.0  # kinetic energy above this many times what start, gravity and pressure gave: it came from nowhere
 
@@ -37,108 +38,114 @@ def sweep_rows(model, state, sweep, dt, step):
     """
     n1, n2 = model.n1, model.n2
     stride = uint64(model.stride)
-    fabric, belts = model.fabric, model.belts
-    nodes, work, tops = state.nodes, state.work, sweep.tops
-    g, h, force, area, mean = sweep.generatrix, sweep.hoop, sweep.force, sweep.area, sweep.mean
+    # Numba counts references each time an array is taken out of a tuple: take all of them out before the loop.
+    fabric, belts, mass, belt_width = model.fabric, model.belts, model.mass, model.belts.width
+    nodes, work, now = state.nodes, state.work, state.now
+    g, h, belt, cells, mean, on_nodes = sweep.generatrix, sweep.hoop, sweep.belt, sweep.cells, sweep.mean, sweep.pressure
+    force, force_above, area, area_above = sweep.force, sweep.force_above, sweep.area, sweep.area_above
+    top_1, top_2, top_belt, by_column = sweep.top_generatrix, sweep.top_hoop, sweep.top_belt, sweep.by_column
+    elastic, viscous, elastic_belts = work.elastic, work.viscous, work.belts
     edge_scheme = model.scheme == Scheme.EDGE
     shear = fabric.g12 > 0.0
-    pressure = pressure_at(model.pressure, state.now[History.TIME])  # (2.10)
-    state.now[History.PRESSURE] = pressure
+    damped = model.pressure.damping > 0.0
+    pressure = pressure_at(model.pressure, now[History.TIME])  # (2.10)
+    now[History.PRESSURE] = pressure
+    on_nodes[:] = pressure
     height = 0.0
-    sweep.pressure[:] = pressure
-    force.x[:] = 0.0
-    force.y[:] = 0.0
-    force.z[:] = 0.0
-    area.x[:] = 0.0
-    area.y[:] = 0.0
-    area.z[:] = 0.0
-
-    update_edges(nodes, h, uint64(0), ONE, uint64(0), n2 + 1, fabric.h2)  # (2.6)
+    clear_row(force_above)
+    clear_row(area_above)
+    update_edges(nodes, h, FIRST - ONE, ONE, FIRST - ONE, n2 + 1, fabric.h2)  # (2.6)
     for i in range(n1 + 1):
-        node = uint64(i) * stride + ONE
-        row = uint64(i % 2) * stride + ONE  # of node vectors, and of the cells and generatrix edges above them
-        above = uint64((i + 1) % 2) * stride + ONE  # of the next row of nodes, and of the cells below row i
-        hoop = uint64(i % 3) * stride + ONE
-        hoop_above = uint64((i + 1) % 3) * stride + ONE
-        hoop_below = uint64((i + 2) % 3) * stride + ONE
+        node = uint64(i) * stride + FIRST
+        row = uint64(i % 2) * stride + FIRST  # of mean velocities, and of the cells and generatrix edges above them
+        below = uint64((i + 1) % 2) * stride + FIRST  # of the row below, and of the cells and edges below row i
+        hoop = uint64(i % 3) * stride + FIRST
+        hoop_above = uint64((i + 1) % 3) * stride + FIRST
+        hoop_below = uint64((i + 2) % 3) * stride + FIRST
+        inside = 0 < i < n1
 
+        take_row(force, force_above)
+        take_row(area, area_above)
         if i < n1:
             update_edges(nodes, g, node - ONE, stride, row - ONE, n2 + 2, fabric.h1)  # (2.6)
             update_edges(nodes, h, node + stride - ONE, ONE, hoop_above - ONE, n2 + 1, fabric.h2)
-            add_area_vectors(nodes, area, node, stride, row, above, n2)  # (2.7)
+            add_area_vectors(nodes, area, area_above, node, stride, n2)  # (2.7)
             if edge_scheme:
                 update_generatrix_tension(fabric, g, h, row, hoop, hoop_above, n2)  # (2.9)
-                add_generatrix_forces(g, force, row, row, above, n2)  # (2.8)
+                add_generatrix_forces(g, force, force_above, row, n2)  # (2.8)
             else:
-                update_cell_tension(fabric, g, h, sweep.cells, row, hoop, hoop_above, row, n2)  # (2.9)
-                add_cell_forces(
-                    g, h, sweep.cells.force_1, sweep.cells.force_2, force, row, hoop, hoop_above, row, row, above, n2
-                )  # (3.2)
-                update_top(h.tension, hoop, tops.hoop, tops.hoop_row, i + 0.5, n2)
-            update_top(g.tension, row, tops.generatrix, tops.generatrix_row, i + 0.5, n2)
+                update_cell_tension(fabric, g, h, cells, row, hoop, hoop_above, row, n2)  # (2.9)
+                add_cell_forces(g, h, cells, force, force_above, row, hoop, hoop_above, row, n2)  # (3.2)
+                update_top(h, hoop, top_2, i + 0.5, n2)
+            update_top(g, row, top_1, i + 0.5, n2)
             if shear:
-                update_shear(fabric, g, h, sweep.cells, row, hoop, hoop_above, row, n2)
-                add_shear_forces(g, h, sweep.cells.shear, force, row, hoop, hoop_above, row, row, above, n2)  # (2.2)
+                update_shear(fabric, g, h, cells, row, hoop, hoop_above, row, n2)
+                add_shear_forces(g, h, cells, force, force_above, row, hoop, hoop_above, row, n2)  # (2.2)
 
-        belt = belts.width[i] > 0.0
-        if 0 < i < n1:
-            if edge_scheme:
-                update_hoop_tension(fabric, h, g, hoop, above, row, n2)  # (2.9)
-                add_hoop_forces(h, h.force, force, hoop, hoop, row, n2)  # (2.8)
-                update_top(h.tension, hoop, tops.hoop, tops.hoop_row, float(i), n2)
-            if belt:
-                update_belt_tension(belts, i, h, g, sweep.belt, hoop, above, row, n2)  # (2.3)
-                add_hoop_forces(h, sweep.belt.force, force, hoop, ONE, row, n2)
-                update_top(sweep.belt.tension, ONE, tops.belt, tops.belt_row, float(i), n2)
+        if inside and edge_scheme:
+            update_hoop_tension(fabric, h, g, hoop, below, row, n2)  # (2.9)
+            add_hoop_forces(h, force, hoop, n2)  # (2.8)
+            update_top(h, hoop, top_2, float(i), n2)
+        if inside and belt_width[i] > 0.0:
+            update_belt_tension(belts, i, h, g, belt, hoop, below, row, n2)  # (2.3)
+            add_hoop_forces(belt, force, FIRST, n2)
+            update_top(belt, FIRST, top_belt, float(i), n2)
+        if damped:
+            update_damped_pressure(model.pressure, pressure, nodes, area, on_nodes, node, n2)  # (2.11)
 
-        if model.pressure.damping > 0.0:
-            update_damped_pressure(model.pressure, pressure, nodes, area, sweep.pressure, node, row, n2)  # (2.11)
         if i == 0:
-            state.now[History.GROUND_FORCE] = (
-                pressure * model.cover_area - vertical_force(sweep, row, n2) + n2 * model.mass[0] * model.gravity
+            now[History.GROUND_FORCE] = (
+                pressure * model.cover_area - vertical_force(force, area, on_nodes, n2) + n2 * mass[0] * model.gravity
             )
-            hold_row(sweep, row, n2, 0.0)
+            hold_row(mean, row, n2, 0.0)
         elif i < n1:
-            push_row(model, nodes, sweep, work, model.mass[i], dt, step, node, row)  # (3.2), (3.4)
+            push_row(
+                nodes, force, area, on_nodes, mean, work, by_column, mass[i], model.gravity, dt, step, node, row, n2
+            )  # (3.2), (3.4)
         else:
-            height = push_cargo(model, state, sweep, model.mass[i], pressure, dt, step, node, row)  # (2.4)
+            height = push_cargo(model, state, sweep, pressure, dt, step, node, row)  # (2.4)
 
-        if i > 0:
-            if edge_scheme:
-                add_edge_work(g, g.force, g.elastic, mean, work.elastic, work.viscous, above, above, above, row, dt, n2)
-            else:
-                add_cell_work(g, h, sweep.cells, mean, work, above, hoop_below, hoop, above, above, row, dt, n2)
-            if shear:
-                add_shear_work(g, h, sweep.cells, mean, work, above, hoop_below, hoop, above, above, row, dt, n2)
-        if 0 < i < n1:
-            if edge_scheme:
-                add_edge_work(h, h.force, h.elastic, mean, work.elastic, work.viscous, hoop, hoop, row, row + ONE, dt, n2)
-            if belt:
-                add_edge_work(
-                    h, sweep.belt.force, sweep.belt.elastic, mean, work.belts, work.viscous, hoop, ONE, row, row + ONE, dt, n2
-                )
-        clear_row(force, row, n2)
-        clear_row(area, row, n2)
+        if i > 0 and edge_scheme:
+            add_edge_work(g, mean, elastic, viscous, below, below, row, dt, n2)
+        if inside and edge_scheme:
+            add_edge_work(h, mean, elastic, viscous, hoop, row, row + ONE, dt, n2)
+        if inside and belt_width[i] > 0.0:
+            add_edge_work(belt, mean, elastic_belts, viscous, FIRST, row, row + ONE, dt, n2)
+        if i > 0 and not edge_scheme:
+            add_cell_work(g, h, cells, mean, elastic, viscous, below, hoop_below, hoop, below, below, row, dt, n2)
+        if i > 0 and shear:
+            add_shear_work(g, h, cells, mean, elastic, below, hoop_below, hoop, below, below, row, dt, n2)
     return height
 
 
 @kernel
-def clear_row(rows, first, columns):
-    """Set a row of node vectors to zero, ready for the row after next."""
-    for j in range(uint64(columns)):
-        rows.x[first + j] = 0.0
-        rows.y[first + j] = 0.0
-        rows.z[first + j] = 0.0
+def clear_row(rows):
+    """Set a row of node vectors to zero."""
+    rows.x[:] = 0.0
+    rows.y[:] = 0.0
+    rows.z[:] = 0.0
+
+
+@kernel
+def take_row(rows, above):
+    """Start a row of node vectors with what the cells below it gave, and the next one with zero."""
+    for j in range(uint64(rows.x.size)):
+        rows.x[j] = above.x[j]
+        rows.y[j] = above.y[j]
+        rows.z[j] = above.z[j]
+        above.x[j] = 0.0
+        above.y[j] = 0.0
+        above.z[j] = 0.0
 
 
 @kernel
 def clear_tops(sweep):
     """Forget the last step's largest tensions, kinetic energy and ground impulse."""
-    sweep.tops.generatrix[:] = 0.0
-    sweep.tops.hoop[:] = 0.0
-    sweep.tops.belt[:] = 0.0
-    sweep.kinetic[:] = 0.0
-    sweep.impulse[:] = 0.0
+    sweep.top_generatrix.tension[:] = 0.0
+    sweep.top_hoop.tension[:] = 0.0
+    sweep.top_belt.tension[:] = 0.0
+    sweep.by_column.kinetic[:] = 0.0
+    sweep.by_column.impulse[:] = 0.0
 
 
 @kernel
@@ -151,50 +158,35 @@ def raise_peak(peaks, which, value, time, row):
 
 
 @kernel
-def book_tops(model, state, sweep, dt):
-    """Write the largest tensions and the ground force of the step to state.now, and raise state.peaks."""
-    now, tops, peaks = state.now, sweep.tops, state.peaks
-    time = now[History.TIME]
-    j, k, m = 0, 0, 0
-    impulse = 0.0
-    for column in range(model.n2):
-        impulse += sweep.impulse[column]
-        if tops.generatrix[column] > tops.generatrix[j]:
-            j = column
-        if tops.hoop[column] > tops.hoop[k]:
-            k = column
-        if tops.belt[column] > tops.belt[m]:
-            m = column
-    now[History.GROUND_FORCE] += impulse / dt
-    now[History.TENSION_GENERATRIX] = tops.generatrix[j]
-    now[History.TENSION_HOOP] = tops.hoop[k]
-    now[History.TENSION_BELT] = tops.belt[m]
-    raise_peak(peaks, Peak.DECELERATION, now[History.ACCELERATION], time, float(model.n1))
-    raise_peak(peaks, Peak.TENSION_GENERATRIX, tops.generatrix[j], time, tops.generatrix_row[j])
-    raise_peak(peaks, Peak.TENSION_HOOP, tops.hoop[k], time, tops.hoop_row[k])
-    raise_peak(peaks, Peak.TENSION_BELT, tops.belt[m], time, tops.belt_row[m])
+def book_top(state, top, column, which):
+    """Write the largest tension of the step (N/m) to a column of state.now, and raise its peak."""
+    j = top.tension.argmax()
+    state.now[column] = top.tension[j]
+    raise_peak(state.peaks, which, top.tension[j], state.now[History.TIME], top.row[j])
 
 
 @kernel
-def book_energies(model, state, sweep):
+def book_forces(model, state, sweep, dt):
+    """Write the largest tensions and the ground force of the step to state.now, and raise state.peaks."""
+    now = state.now
+    book_top(state, sweep.top_generatrix, History.TENSION_GENERATRIX, Peak.TENSION_GENERATRIX)
+    book_top(state, sweep.top_hoop, History.TENSION_HOOP, Peak.TENSION_HOOP)
+    book_top(state, sweep.top_belt, History.TENSION_BELT, Peak.TENSION_BELT)
+    raise_peak(state.peaks, Peak.DECELERATION, now[History.ACCELERATION], now[History.TIME], float(model.n1))
+    now[History.GROUND_FORCE] += sweep.by_column.impulse.sum() / dt
+
+
+@kernel
+def book_energies(state, sweep):
     """Write kinetic energy and works at n+1/2 to state.now, for the row of time n+1."""
     now, work = state.now, state.work
-    kinetic, pressure, elastic, viscous, belts, gravity, ground = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
-    for j in range(model.n2):
-        kinetic += sweep.kinetic[j]
-        pressure += work.pressure[j]
-        elastic += work.elastic[j]
-        viscous += work.viscous[j]
-        belts += work.belts[j]
-        gravity += work.gravity[j]
-        ground += work.ground[j]
-    now[History.KINETIC_ENERGY] = kinetic
-    now[History.WORK_PRESSURE] = pressure
-    now[History.WORK_ELASTIC] = elastic
-    now[History.WORK_VISCOUS] = viscous
-    now[History.WORK_BELTS] = belts
-    now[History.WORK_GRAVITY] = gravity
-    now[History.WORK_GROUND] = ground
+    now[History.KINETIC_ENERGY] = sweep.by_column.kinetic.sum()
+    now[History.WORK_PRESSURE] = work.pressure.sum()
+    now[History.WORK_ELASTIC] = work.elastic.sum()
+    now[History.WORK_VISCOUS] = work.viscous.sum()
+    now[History.WORK_BELTS] = work.belts.sum()
+    now[History.WORK_GRAVITY] = work.gravity.sum()
+    now[History.WORK_GROUND] = work.ground.sum()
 
 
 @kernel
@@ -230,11 +222,11 @@ def advance(model, state, sweep, history, interval, most, until):
         now[History.TIME_STEP] = step
         clear_tops(sweep)
         height = sweep_rows(model, state, sweep, dt, step)
-        book_tops(model, state, sweep, dt)
+        book_forces(model, state, sweep, dt)
         if state.steps[0] % interval == 0:
             history[rows] = now
             rows += 1
-        book_energies(model, state, sweep)
+        book_energies(state, sweep)
         state.steps[0] += 1
         state.last_step[0] = step
         done += 1
@@ -248,8 +240,10 @@ def advance(model, state, sweep, history, interval, most, until):
             outcome = Outcome.DIVERGED
         if outcome == Outcome.RUNNING:
             now[History.HEIGHT] = height
+        elif outcome == Outcome.IMPACT:
+            now[History.HEIGHT] = 0.0
         else:
-            now[History.HEIGHT] = max(now[History.HEIGHT] + within * (velocity + 0.5 * within * acceleration), 0.0)
+            now[History.HEIGHT] += within * (velocity + 0.5 * within * acceleration)
         now[History.TIME] += within
         now[History.VELOCITY] = velocity + within * acceleration
         if outcome != Outcome.RUNNING:

@@ -6,8 +6,10 @@ from numba import uint64
 
 from softbrake.kernels.geometry import update_edges
 from softbrake.kernels.jit import kernel
+from softbrake.state import PAD
 
 ONE = uint64(1)
+FIRST = uint64(PAD)
 
 
 @kernel
@@ -23,22 +25,21 @@ def stable_step(model, nodes, sweep):
     n1, n2 = model.n1, model.n2
     stride = uint64(model.stride)
     fabric = model.fabric
-    edge = (ONE, stride + ONE)
     aspect = fabric.h2 / fabric.h1
     slowest = 0.0
-    update_edges(nodes, sweep.generatrix, uint64(0), stride, uint64(0), n2 + 2, fabric.h1)
+    update_edges(nodes, sweep.generatrix, FIRST, stride, FIRST, n2, fabric.h1)
     for i in range(1, n1):
-        node = uint64(i) * stride + ONE
-        below = edge[(i - 1) % 2]
-        above = edge[i % 2]
-        update_edges(nodes, sweep.generatrix, node - ONE, stride, above - ONE, n2 + 2, fabric.h1)
-        update_edges(nodes, sweep.hoop, node - ONE, ONE, uint64(0), n2 + 1, fabric.h2)
+        node = uint64(i) * stride + FIRST
+        below = uint64((i - 1) % 2) * stride + FIRST
+        above = uint64(i % 2) * stride + FIRST
+        update_edges(nodes, sweep.generatrix, node, stride, above, n2, fabric.h1)
+        update_edges(nodes, sweep.hoop, node - ONE, ONE, FIRST - ONE, n2 + 1, fabric.h2)
         per_mass = 4.0 / model.mass[i]
         belt = model.belts.stiffness[i]
         belt_viscosity = model.belts.viscosity[i]
         for j in range(uint64(n2)):
             e1 = max(sweep.generatrix.e[below + j], sweep.generatrix.e[above + j], 0.0)
-            e2 = max(sweep.hoop.e[j], sweep.hoop.e[j + ONE], 0.0)
+            e2 = max(sweep.hoop.e[FIRST + j - ONE], sweep.hoop.e[FIRST + j], 0.0)
             wide_1 = 1.0 + fabric.true_tension * e1
             wide_2 = 1.0 + fabric.true_tension * e2
             along_1 = fabric.c11 * wide_2 * aspect

@@ -86,14 +86,15 @@ class Drop:
         self.kernel_seconds = 0.0
         most = max(NODE_STEPS_PER_CHUNK // ((self.model.n1 + 1) * self.model.n2), 1)
         outcome, ending = Outcome.RUNNING, ""
-        snapshots = 0
+        interval = self.case.output.snapshot_interval if file is not None else math.inf
+        due = 0.0
         lowest = math.inf
         try:
             while outcome == Outcome.RUNNING:
-                if file is not None and self.now(History.TIME) >= snapshots * self.case.output.snapshot_interval:
+                if file is not None and self.now(History.TIME) >= due:
                     self._snapshot(file)
-                    snapshots = int(self.now(History.TIME) / self.case.output.snapshot_interval) + 1
-                rows, outcome = self.advance(snapshots * self.case.output.snapshot_interval, most)
+                    due = (self.now(History.TIME) // interval + 1.0) * interval
+                rows, outcome = self.advance(due if file is not None else math.inf, most)
                 lowest = min(lowest, rows[:, History.HEIGHT].min(initial=math.inf))
                 if file is not None:
                     file.add_history(rows)
