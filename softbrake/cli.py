@@ -74,9 +74,9 @@ def run(
         _check_writable(results, case_file)
 
     from softbrake import console
-    from softbrake.results import ResultError, tension_scale
     from softbrake.drop import Diverged, kernels_cached
     from softbrake.drop import run as simulate
+    from softbrake.results import ResultError, tension_scale
 
     scale = tension_scale(case) if dimensionless else None
     _check_scale(scale)

@@ -10,6 +10,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from softbrake import __version__
 from softbrake.build import build_model, build_state, build_sweep, grid_view, initial_energy
 from softbrake.case import Case
 from softbrake.kernels.fields import sample_fields
@@ -19,7 +20,6 @@ from softbrake.results import ResultFile
 from softbrake.state import Floats, History, Model, Outcome, Peak, State, Sweep
 from softbrake.summary import ModelUsed, Summary, Work
 from softbrake.summary import Peak as PeakFound
-from softbrake import __version__
 
 NODE_STEPS_PER_CHUNK = 2_000_000  # about 0.1 s between chances for progress and Ctrl-C
 HISTORY_ROWS = 4096
@@ -73,9 +73,7 @@ class Drop:
     def advance(self, until: float = math.inf, most: int = 2**62) -> tuple[Floats, Outcome]:
         """Advance to a time (s) or by a number of steps, whichever is first; return the new history rows and the outcome."""
         start = time.perf_counter()
-        rows, outcome = advance(
-            self.model, self.state, self.sweep, self.history, self.case.output.history_interval, most, until
-        )
+        rows, outcome = advance(self.model, self.state, self.sweep, self.history, self.case.output.history_interval, most, until)
         self.kernel_seconds += time.perf_counter() - start
         return self.history[:rows], Outcome(outcome)
 

@@ -10,8 +10,8 @@ Suffix _1 is along the generatrix, _2 around the hoop. x3 = z points up.
 from enum import IntEnum
 from typing import NamedTuple
 
-from numpy.typing import NDArray
 from numpy import float64, int64
+from numpy.typing import NDArray
 
 PAD = 8
 Floats = NDArray[float64]
