@@ -27,6 +27,8 @@ from softbrake.state import (
     Work,
 )
 
+SLIVER = 1e-3  # least part of a belt's width that a row carries
+
 
 def build_model(case: Case) -> Model:
     """Return the constants of a case on its grid.
@@ -167,9 +169,10 @@ def _aligned(size: int) -> Floats:
 
 
 def _overlap(height: float, width: float, n1: int, h1: float) -> Floats:
-    """Width (m) of a belt within each row's share of the generatrix."""
+    """Width (m) of a belt within each row's share of the generatrix; slivers, as of a rounded width, go to the other rows."""
     middle = np.arange(n1 + 1) * h1
     lower = np.maximum(middle - 0.5 * h1, height - 0.5 * width)
     upper = np.minimum(middle + 0.5 * h1, height + 0.5 * width)
     shared = np.maximum(upper - lower, 0.0)
-    return np.where(shared > 1e-9 * width, shared, 0.0)
+    shared[shared < SLIVER * width] = 0.0
+    return shared * (width / shared.sum())

@@ -184,9 +184,12 @@ class Drop:
         model, nodes = self.model, self.state.nodes
         speed = np.sqrt(sum(grid_view(part, model) ** 2 for part in (nodes.u, nodes.v, nodes.w)))
         row, column = np.unravel_index(int(np.argmax(np.where(np.isfinite(speed), speed, np.inf))), speed.shape)
-        kinetic = self.now(History.KINETIC_ENERGY)
+        if self.case.model.scheme == "cell":
+            cause = "the printed scheme's averages do not feel a checkerboard of folds; model.scheme=edge does"
+        else:
+            cause = f"the step is too large for this state; try time.courant={0.5 * self.case.time.courant:g}"
         return (
-            f"diverged at {self.now(History.TIME):.6g} s, step {int(self.state.steps[0])}: kinetic energy {kinetic:.4g} J, "
-            f"fastest node (row {row} of {model.n1}, column {column}) at {speed[row, column]:.4g} m/s; "
-            f"most likely the step is too large: try --set time.courant={0.5 * self.case.time.courant:g}"
+            f"diverged at {self.now(History.TIME):.6g} s, step {int(self.state.steps[0])}: "
+            f"kinetic energy {self.now(History.KINETIC_ENERGY):.4g} J, more than start, gravity and gas can have given; "
+            f"fastest node: row {row} of {model.n1}, column {column}, at {speed[row, column]:.4g} m/s; most likely {cause}"
         )

@@ -151,16 +151,16 @@ def static_cylinder(
         return shoot(unknown)[:2] - np.array([radius, 0.5 * height])
 
     unknown = np.array([1.2 * radius, 1.02])  # m, -
-    for _ in range(30):
-        missed = miss(unknown)
-        shift = 1e-6 * np.eye(2)
-        slope = np.stack([(miss(unknown + row) - missed) / 1e-6 for row in shift], axis=1)
+    missed = miss(unknown)
+    while np.abs(missed).max() > 1e-11 * height:
+        slope = np.stack([(miss(unknown + shift) - missed) / 1e-7 for shift in 1e-7 * np.eye(2)], axis=1)
         change = np.linalg.solve(slope, -missed)
-        unknown = unknown + np.clip(change, -0.02, 0.02)
-        if np.abs(change).max() < 1e-10:
-            break
-    else:
-        raise ArithmeticError("the shooting does not converge")
+        while not np.hypot(*miss(unknown + change)) < np.hypot(*missed):
+            change *= 0.5
+            if np.abs(change).max() < 1e-14:
+                raise ArithmeticError("the shooting does not converge")
+        unknown = unknown + change
+        missed = miss(unknown)
     end = shoot(unknown)
     force_1 = tension_1(unknown) * (unknown[0] / radius if true_tension else 1.0)
     stretch_1, force_2 = resultants(force_1, unknown[0])

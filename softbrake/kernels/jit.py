@@ -69,7 +69,8 @@ def kernel(function: Callable[..., Any]) -> Callable[..., Any]:
     theirs = config.CACHE_DIR
     config.CACHE_DIR = str(CACHE_FOLDER)
     try:
-        compiled: Callable[..., Any] = njit(cache=True, error_model="numpy", pipeline_class=NoAlias, no_cfunc_wrapper=True)(function)
+        compiler = njit(cache=True, error_model="numpy", pipeline_class=NoAlias, no_cfunc_wrapper=True)
+        compiled: Callable[..., Any] = compiler(function)
         return compiled
     finally:
         config.CACHE_DIR = theirs

@@ -1,0 +1,135 @@
+"""The documents say what is there: docs/equations.md against the code and its tests, commands against the command line."""
+
+import ast
+import re
+from functools import cache
+from pathlib import Path
+from typing import NamedTuple
+
+import pytest
+
+from softbrake.cli import app
+
+ROOT = Path(__file__).resolve().parents[1]
+DOCUMENTS = sorted([*ROOT.glob("*.md"), *ROOT.glob("docs/*.md")])
+NUMBERS = [f"({chapter}.{k})" for chapter, count in ((2, 11), (3, 4)) for k in range(1, count + 1)]
+KERNELS = sorted(path.relative_to(ROOT).as_posix() for path in (ROOT / "softbrake" / "kernels").glob("*.py"))
+NOWHERE = "–"  # opens the cell of an equation without a home or a test
+
+
+class Row(NamedTuple):
+    """An equation: cells of the table as they are written."""
+
+    number: str
+    meaning: str
+    symbols: str
+    home: str
+    test: str
+
+
+def equations() -> list[Row]:
+    """The rows of the table of equations."""
+    text = (ROOT / "docs" / "equations.md").read_text(encoding="utf-8")
+    table = text.split("| number | meaning |", 1)[1].split("\n\n", 1)[0].splitlines()[2:]
+    return [Row(*(cell.strip() for cell in line.strip().strip("|").split("|"))) for line in table]
+
+
+def functions_named(cell: str) -> list[tuple[str, str]]:
+    """(file, function) for each name in backquotes of a cell; a name belongs to the file in backquotes before it."""
+    found, path = [], ""
+    for word in re.findall(r"`([^`]+)`", cell):
+        if word.endswith(".py"):
+            path = word
+        else:
+            found.append((path, word))
+    return found
+
+
+@cache
+def tree(path: str) -> ast.Module:
+    """A parsed source file of the project; fails the test where there is none."""
+    assert (ROOT / path).is_file(), f"docs/equations.md: no file {path!r}"
+    return ast.parse((ROOT / path).read_text(encoding="utf-8"))
+
+
+def functions(path: str) -> dict[str, str]:
+    """Functions and methods of a file with their docstrings."""
+    nodes = [node for node in ast.walk(tree(path)) if isinstance(node, ast.FunctionDef)]
+    return {node.name: ast.get_docstring(node) or "" for node in nodes}
+
+
+def fields() -> set[str]:
+    """Class.field of all that state.py and case.py declare."""
+    found = set()
+    for path in ("softbrake/state.py", "softbrake/case.py"):
+        for kind in (node for node in ast.walk(tree(path)) if isinstance(node, ast.ClassDef)):
+            for line in kind.body:
+                targets = [line.target] if isinstance(line, ast.AnnAssign) else getattr(line, "targets", [])
+                found |= {f"{kind.name}.{target.id}" for target in targets if isinstance(target, ast.Name)}
+    return found
+
+
+def cited(docstring: str) -> list[str]:
+    """Numbers after "Eq." and "Eqs."."""
+    lists = re.findall(r"Eqs?\.\s((?:\(\d\.\d+\)(?:,?\s(?:and\s)?)?)+)", docstring)
+    return [number for some in lists for number in re.findall(r"\(\d\.\d+\)", some)]
+
+
+def test_every_equation_has_one_row() -> None:
+    numbered = [row.number for row in equations() if row.number.startswith("(")]
+    assert sorted(numbered) == sorted(NUMBERS)
+
+
+@pytest.mark.parametrize("row", equations(), ids=lambda row: row.number)
+def test_row_names_what_exists(row: Row) -> None:
+    homes = functions_named(row.home)
+    for path, name in homes:
+        assert path.startswith("softbrake/"), f"{name!r} stands in no file of the package"
+        assert name in functions(path), f"no function {name!r} in {path}"
+        if path in KERNELS and row.number in NUMBERS:
+            assert row.number in functions(path)[name], f"the docstring of {name} in {path} does not name {row.number}"
+    proofs = functions_named(row.test)
+    for path, name in proofs:
+        assert path.startswith("tests/") and name.startswith("test_"), f"{name!r} in {path!r} is no test"
+        assert name in functions(path), f"no test {name!r} in {path}"
+    known = fields() | {name for _, name in homes}
+    assert not [name for _, name in functions_named(row.symbols) if name not in known]
+    if homes:
+        assert proofs, "code without a test"
+    else:
+        assert row.home.startswith(f"{NOWHERE} "), "an equation has a home, or a reason to have none"
+
+
+@pytest.mark.parametrize("path", KERNELS)
+def test_equations_that_a_kernel_cites_have_it_as_home(path: str) -> None:
+    here = {row.number for row in equations() if f"`{path}`" in row.home}
+    for docstring in [ast.get_docstring(tree(path)) or "", *functions(path).values()]:
+        assert set(cited(docstring)) <= here, docstring
+
+
+def test_citations_are_found() -> None:
+    assert cited("Tensions, Eqs. (2.9), (2.3), and forces, Eqs. (2.2) and\n(2.8). Unlike (3.2). Eq. (2.10).") == [
+        "(2.9)",
+        "(2.3)",
+        "(2.2)",
+        "(2.8)",
+        "(2.10)",
+    ]
+    assert {number for path in KERNELS for text in functions(path).values() for number in cited(text)}
+
+
+def commands(document: Path) -> list[str]:
+    """Commands of softbrake in the code blocks of a document, and their paths relative to the project."""
+    blocks = re.findall(r"^ *```[^\n]*\n(.*?)^ *```", document.read_text(encoding="utf-8"), re.DOTALL | re.MULTILINE)
+    lines = [line.split("#")[0].strip() for block in blocks for line in re.split(r"\n|&&|;", block)]
+    return [line for line in lines if re.match(r"[^'\"(]*\bsoftbrake [a-z-]", line) and not line.startswith("from ")]
+
+
+@pytest.mark.parametrize("document", DOCUMENTS, ids=lambda path: path.name)
+def test_commands_exist(document: Path) -> None:
+    known = {command.name or command.callback.__name__ for command in app.registered_commands if command.callback}
+    for line in commands(document):
+        name = re.split(r"\bsoftbrake ", line, maxsplit=1)[1].split()[0]
+        assert name in known or name in ("--help", "--version"), f"no command {name!r}: {line}"
+        for path in re.findall(r"\bconfigs/\S+\.yaml", line):
+            assert (ROOT / path).is_file(), f"no file {path}: {line}"

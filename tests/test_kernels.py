@@ -1,0 +1,453 @@
+"""Each kernel against its slow twin in naive.py, on small shells out of shape; what the kernels rely on; events in a step.
+
+Compiled once more with NUMBA_BOUNDSCHECK=1 these tests show that no kernel leaves its arrays.
+"""
+
+from collections.abc import Callable
+from math import sqrt
+from typing import Any, NamedTuple
+
+import naive
+import numpy as np
+import pytest
+from numba import njit, typeof
+from numba.core.compiler import Flags
+from numpy.testing import assert_allclose, assert_array_equal
+
+from softbrake.build import grid_view
+from softbrake.case import parse_case
+from softbrake.drop import Drop
+from softbrake.kernels import fabric, geometry, pressure
+from softbrake.kernels.fields import sample_fields
+from softbrake.kernels.jit import NoAlias
+from softbrake.kernels.step import STEPS_PER_STEP_CHOICE, advance, event_time
+from softbrake.kernels.timestep import stable_step
+from softbrake.state import PAD, Cells, Edges, Floats, History, Model, Nodes, Outcome, Peak, Pressure, PressureLaw, Rows
+
+pytestmark = pytest.mark.kernels
+
+CASE = """
+shell:    {diameter: 0.5 m, height: 0.6 m}
+fabric:   {E11: 20 kN/m, E22: 16 kN/m, nu12: 0.25, nu21: 0.3, G12: 300 N/m, areal_density: 0.05 kg/m^2, viscosity: 0.2 N*s/m}
+belts:
+  - {height: 0.23 m, layers: 5, width: 50 mm}
+  - {height: 0.37 m, stiffness: 8 kN, line_density: 20 g/m, width: 130 mm}
+cargo:    {mass: 100 kg, velocity: 6 m/s}
+pressure: {law: sine, value: 15 kPa, peak_time: 2 ms, end_time: 0.2 s, damping: 0.01 s/m}
+grid:     {generatrix: 6, hoop: 10}
+"""
+TABLE = "{law: table, times: [0 s, 1 ms, 0.1 s], values: [5 kPa, 15 kPa, 0 Pa], damping: 0.01 s/m}"
+VARIANTS = {
+    "edge, cut": (),
+    "edge, nominal, compression": ("fabric.law=nominal_tension", "fabric.nu21=0.3125", "fabric.slack=compression"),
+    "cell, cut, table": ("model.scheme=cell", f"pressure={TABLE}"),
+    "cell, nominal, compression, no belts, no shear, no damping": (
+        "model.scheme=cell",
+        "fabric.law=nominal_tension",
+        "fabric.nu21=0.3125",
+        "fabric.slack=compression",
+        "fabric.G12=0",
+        "belts=[]",
+        "pressure={law: constant, value: 15 kPa}",
+    ),
+    "edge, odd grid": ("grid.generatrix=5", "grid.hoop=9", "belts={count: 2, layers: 5, width: 0.15 m}"),
+}
+
+
+class Shell(NamedTuple):
+    """A drop on its way with a shell out of shape, and the same fields for the twins."""
+
+    drop: Drop
+    x: Floats
+    v: Floats
+
+    @property
+    def model(self) -> Model:
+        return self.drop.model
+
+    @property
+    def nodes(self) -> Nodes:
+        return self.drop.state.nodes
+
+    @property
+    def fields(self) -> tuple[Floats, Floats]:
+        """Places and velocities as they are now, (n1+1, n2, 3)."""
+        views = [grid_view(part, self.model) for part in self.nodes]
+        return np.stack(views[:3], axis=-1), np.stack(views[3:], axis=-1)
+
+
+def make_drop(*overrides: str) -> Drop:
+    return Drop(parse_case(CASE, "kernels.yaml", overrides))
+
+
+def shell_with(drop: Drop, x: Floats, v: Floats) -> Shell:
+    """Write fields to the state of a drop, with the copied columns."""
+    parts = [*np.moveaxis(x, -1, 0), *np.moveaxis(v, -1, 0)]
+    for flat, values in zip(drop.state.nodes, parts, strict=True):
+        flat.reshape(len(values), -1)[:, PAD - 1 : PAD + drop.model.n2 + 1] = np.pad(values, ((0, 0), (1, 1)), mode="wrap")
+    drop.state.now[History.KINETIC_ENERGY] = naive.kinetic_energy(drop.model, v)
+    return Shell(drop, x, v)
+
+
+def out_of_shape(*overrides: str) -> Shell:
+    """A shell with taut and slack edges in every direction, two of its nodes about to reach the ground."""
+    drop = make_drop(*overrides)
+    x, v = Shell(drop, np.empty(0), np.empty(0)).fields
+    random = np.random.default_rng(20170501)
+    free = x[1:-1].shape
+    x[1:-1, :, :2] *= 1.1
+    x[1:-1] += 0.2 * min(drop.model.fabric.h1, drop.model.fabric.h2) * random.uniform(-1.0, 1.0, free)
+    v[1:-1] += random.normal(0.0, 3.0, free)
+    x[1, [2, 6], 2] = 1e-4
+    v[1, [2, 6], 2] = -200.0
+    return shell_with(drop, x, v)
+
+
+@pytest.fixture(params=VARIANTS)
+def shell(request: pytest.FixtureRequest) -> Shell:
+    return out_of_shape(*VARIANTS[request.param])
+
+
+def close(actual: Any, expected: Any, tolerance: float = 1e-12) -> None:
+    """Assert equality to round-off of the largest value."""
+    assert_allclose(actual, expected, rtol=0.0, atol=tolerance * max(np.abs(expected).max(), 1e-12))
+
+
+def at(model: Model, row: int, column: int = 0) -> np.uint64:
+    """Offset of a node, edge or cell in flat arrays, of the type the step passes, so that nothing is compiled for it."""
+    return np.uint64(row * model.stride + PAD + column)
+
+
+def vectors(rows: Any, model: Model) -> Floats:
+    return np.stack([grid_view(part, model) for part in (rows.x, rows.y, rows.z)], axis=-1)
+
+
+class Whole(NamedTuple):
+    """Edges and cells of the whole shell, where a step keeps a few rows; row i of generatrix and cells is above row i of nodes."""
+
+    generatrix: Edges
+    hoop: Edges
+    cells: Cells
+
+
+def whole_grid(shell: Shell) -> Whole:
+    """Edges by update_edges, all else nought."""
+    model, fabric_ = shell.model, shell.model.fabric
+    size = (model.n1 + 1) * model.stride
+    whole = Whole(*(kind(*(np.zeros(size) for _ in kind._fields)) for kind in (Edges, Edges, Cells)))
+    one, stride = np.uint64(1), np.uint64(model.stride)
+    for i in range(model.n1 + 1):
+        a = at(model, i, -1)
+        geometry.update_edges(shell.nodes, whole.hoop, a, one, a, model.n2 + 1, fabric_.h2)
+        if i < model.n1:
+            geometry.update_edges(shell.nodes, whole.generatrix, a, stride, a, model.n2 + 2, fabric_.h1)
+    return whole
+
+
+def gather(model: Model, rows: range, add: Callable[[int, Rows, Rows], None]) -> Floats:
+    """Sum on the whole shell what kernels add to a row and to the one above it."""
+    total = np.zeros((model.n1 + 1, model.n2, 3))
+    for i in rows:
+        row, above = (Rows(*(np.zeros(model.stride) for _ in Rows._fields)) for _ in range(2))
+        add(i, row, above)
+        total[i] += on_row(row, model)
+        total[i + 1] += on_row(above, model)
+    return total
+
+
+def on_row(row: Rows, model: Model) -> Floats:
+    return np.stack([part[PAD : PAD + model.n2] for part in row], axis=-1)
+
+
+# Geometry
+
+
+def test_edges(shell: Shell) -> None:
+    model, whole = shell.model, whole_grid(shell)
+    edge, stretch = naive.differences(shell.x), naive.stretches(model.fabric, shell.x, shell.v)
+    for edges, rows, vector, e, rate in (
+        (whole.generatrix, slice(model.n1), edge.along_1, stretch.e1, stretch.rate_1),
+        (whole.hoop, slice(None), edge.along_2, stretch.e2, stretch.rate_2),
+    ):
+        close(vectors(edges, model)[rows], vector)
+        close(grid_view(edges.inverse, model)[rows], 1.0 / naive.length(vector))
+        close(grid_view(edges.e, model)[rows], e)
+        close(grid_view(edges.rate, model)[rows], rate)
+
+
+def area_vectors(shell: Shell) -> Floats:
+    model, stride = shell.model, np.uint64(shell.model.stride)
+
+    def add(i: int, row: Rows, above: Rows) -> None:
+        geometry.add_area_vectors(shell.nodes, row, above, at(model, i), stride, model.n2)
+
+    return gather(model, range(model.n1), add)
+
+
+def test_area_vectors(shell: Shell) -> None:
+    close(area_vectors(shell), naive.area_vectors(shell.x))
+
+
+def test_area_vectors_are_the_gradient_of_the_enclosed_volume(shell: Shell) -> None:
+    """The volume is linear in each coordinate, so a difference over any length is its derivative but for round-off."""
+    area, far = area_vectors(shell), 0.1
+    for node in [(1, 2), (3, 0), (3, shell.model.n2 - 1), (shell.model.n1 - 1, 5)]:
+        for component in range(3):
+            moved = shell.x.copy()
+            moved[(*node, component)] += far
+            slope = (naive.wall_volume(moved) - naive.wall_volume(shell.x)) / far
+            assert area[(*node, component)] == pytest.approx(slope, abs=1e-12 * np.abs(area).max())
+
+
+# Fabric and belts
+
+
+def test_edge_tensions_and_forces(shell: Shell) -> None:
+    model, cloth, (g, h, _) = shell.model, shell.model.fabric, whole_grid(shell)
+    for i in range(model.n1):
+        fabric.update_generatrix_tension(cloth, g, h, at(model, i), at(model, i), at(model, i + 1), model.n2)
+        if i > 0:
+            fabric.update_hoop_tension(cloth, h, g, at(model, i), at(model, i - 1), at(model, i), model.n2)
+    generatrix, hoop = naive.edge_tensions(cloth, shell.x, shell.v)
+    close(grid_view(g.tension, model)[:-1], generatrix.whole)
+    close(grid_view(h.tension, model)[1:-1], hoop.whole)
+
+    def forces(g: Edges, h: Edges) -> Floats:
+        def add(i: int, row: Rows, above: Rows) -> None:
+            fabric.add_generatrix_forces(g, row, above, at(model, i), model.n2)
+            fabric.add_hoop_forces(h, row, at(model, i), model.n2)  # nothing in row 0, where it is held
+
+        return gather(model, range(model.n1), add)
+
+    whole, elastic = naive.edge_forces(cloth, shell.x, shell.v)
+    close(forces(g, h), whole)
+    close(forces(g._replace(force=g.elastic), h._replace(force=h.elastic)), elastic)
+
+
+def test_cell_tensions_and_forces(shell: Shell) -> None:
+    model, cloth, (g, h, cells) = shell.model, shell.model.fabric, whole_grid(shell)
+    for i in range(model.n1):
+        here, above = at(model, i), at(model, i + 1)
+        fabric.update_cell_tension(cloth, g, h, cells, here, here, above, here, model.n2)
+    generatrix, hoop = naive.cell_tensions(cloth, shell.x, shell.v)
+    close(grid_view(g.tension, model)[:-1], generatrix.whole)
+    close(grid_view(h.tension, model)[:-1], hoop.whole)
+
+    def forces(cells: Cells) -> Floats:
+        def add(i: int, row: Rows, above: Rows) -> None:
+            here, upper = at(model, i), at(model, i + 1)
+            fabric.add_cell_forces(g, h, cells, row, above, here, here, upper, here, model.n2)
+
+        return gather(model, range(model.n1), add)
+
+    whole, elastic = naive.cell_forces(cloth, shell.x, shell.v)
+    close(forces(cells), whole)
+    close(forces(cells._replace(force_1=cells.elastic_1, force_2=cells.elastic_2)), elastic)
+
+
+def test_shear_forces(shell: Shell) -> None:
+    model, (g, h, cells) = shell.model, whole_grid(shell)
+    cloth = model.fabric._replace(g12=300.0)
+
+    def add(i: int, row: Rows, above: Rows) -> None:
+        here, upper = at(model, i), at(model, i + 1)
+        fabric.update_shear(cloth, g, h, cells, here, here, upper, here, model.n2)
+        fabric.add_shear_forces(g, h, cells, row, above, here, here, upper, here, model.n2)
+
+    close(gather(model, range(model.n1), add), naive.shear_forces(cloth, shell.x))
+
+
+def test_belt_tensions_and_forces(shell: Shell) -> None:
+    model, (g, h, _) = shell.model, whole_grid(shell)
+    loads = naive.belt_loads(model, shell.x, shell.v)
+    rows = np.flatnonzero(model.belts.width)
+
+    def forces(which: str) -> Floats:
+        def add(i: int, row: Rows, above: Rows) -> None:
+            if i not in rows:
+                return
+            belt = Edges(*(np.zeros(model.stride) for _ in Edges._fields))
+            fabric.update_belt_tension(model.belts, i, h, g, belt, at(model, i), at(model, i - 1), at(model, i), model.n2)
+            close(belt.tension[PAD : PAD + model.n2], loads.whole[i - 1] / model.belts.width[i])
+            fabric.add_hoop_forces(belt._replace(force=getattr(belt, which)), row, at(model, 0), model.n2)
+
+        return gather(model, range(model.n1), add)
+
+    whole, elastic = naive.belt_forces(model, shell.x, shell.v)
+    close(forces("force"), whole)
+    close(forces("elastic"), elastic)
+
+
+# Pressure
+
+
+NONE = np.array([])
+LAWS = {
+    "constant": Pressure(PressureLaw.CONSTANT, 15e3, 0.0, 0.0, NONE, NONE, 0.0),
+    "sine": Pressure(PressureLaw.SINE, 15e3, 0.05, 0.2, NONE, NONE, 0.0),
+    "table": Pressure(PressureLaw.TABLE, 0.0, 0.0, 0.0, np.array([0.01, 0.05, 0.2]), np.array([5e3, 15e3, -1e3]), 0.0),
+}
+
+
+@pytest.mark.parametrize("law", LAWS)
+def test_pressure_law(law: str) -> None:
+    constants = LAWS[law]._replace(law=int(LAWS[law].law))
+    times = [0.0, 0.005, 0.01, 0.03, 0.05, 0.1, 0.19, 0.2, 0.25]
+    close([pressure.pressure_at(constants, t) for t in times], [naive.pressure_at(constants, t) for t in times])
+
+
+def test_damped_pressure(shell: Shell) -> None:
+    """Strong enough to change the sign of 1 - ν V on some nodes."""
+    model = shell.model
+    law = model.pressure._replace(damping=0.3)
+    area = naive.area_vectors(shell.x)
+    expected = naive.damped_pressure(law, 15e3, shell.v, area)
+    assert expected.min() < 0.0 < expected.max()
+    for i in range(model.n1 + 1):
+        rows, found = Rows(*(np.zeros(model.stride) for _ in Rows._fields)), np.zeros(model.n2)
+        for component, flat in enumerate(rows):
+            flat[PAD : PAD + model.n2] = area[i, :, component]
+        pressure.update_damped_pressure(law, 15e3, shell.nodes, rows, found, at(model, i), model.n2)
+        close(found, expected[i])
+
+
+# The step
+
+
+def test_steps(shell: Shell) -> None:
+    """Whole steps, beyond the second choice of the step: fields, history, works and peaks, all to round-off."""
+    drop, model = shell.drop, shell.model
+    x, v, time, last, stable = shell.x, shell.v, 0.0, 0.0, 0.0
+    work = {name: 0.0 for name in History if name.name.startswith("WORK")}
+    peaks = np.zeros((len(Peak), 3))
+    rows, expected = [], []
+    for n in range(STEPS_PER_STEP_CHOICE + 4):
+        if n % STEPS_PER_STEP_CHOICE == 0:
+            stable = naive.stable_step(model, x)
+        step = model.courant * stable
+        twin = naive.step(model, x, v, time, 0.5 * (last + step), step)
+        now = twin.now | work | {History.KINETIC_ENERGY: naive.kinetic_energy(model, v)}
+        expected.append([now[column] for column in History])
+        found, outcome = drop.advance(most=1)
+        rows.append(found[0].copy())
+        assert outcome == Outcome.RUNNING
+        tops = [(twin.now[History.ACCELERATION], float(model.n1)), *twin.top.values()]
+        for which, (value, row) in enumerate(tops):
+            if value > peaks[which, 0]:
+                peaks[which] = value, time, row
+        work = {name: work[name] + twin.work[name] for name in work}
+        x, v, time, last = twin.x, twin.v, time + step, step
+        for field, twin_field in zip(shell.fields, (x, v), strict=True):
+            close(field, twin_field, 1e-11)
+    for column in History:
+        close(np.array(rows)[:, column], np.array(expected)[:, column], 1e-11)
+    close(drop.state.peaks, peaks, 1e-11)
+    assert work[History.WORK_GROUND] < 0.0
+    assert abs(drop.energy_error()) < 1e-14
+
+
+def test_stable_step(shell: Shell) -> None:
+    assert stable_step(shell.model, shell.nodes, shell.drop.sweep) == pytest.approx(
+        naive.stable_step(shell.model, shell.x), rel=1e-12
+    )
+
+
+def test_stable_step_of_an_unstretched_sheet() -> None:
+    """(3.3), with c^2 = E/ρ: the least h/c of both directions."""
+    drop = make_drop("fabric.nu12=0", "fabric.G12=0", "fabric.viscosity=0", "belts=[]")
+    fabric_ = drop.model.fabric
+    expected = min(fabric_.h1 / sqrt(20e3 / 0.05), fabric_.h2 / sqrt(16e3 / 0.05))
+    assert stable_step(drop.model, drop.state.nodes, drop.sweep) == pytest.approx(expected, rel=1e-12)
+
+
+def test_sampled_fields(shell: Shell) -> None:
+    model = shell.model
+    found = [np.full((model.n1 + 1, model.n2), np.nan) for _ in range(4)]
+    sample_fields(model, shell.nodes, shell.drop.sweep, *found)
+    for values, expected in zip(found, naive.sampled_fields(model, shell.x, shell.v), strict=True):
+        close(values, expected)
+
+
+def test_no_column_is_special(shell: Shell) -> None:
+    """A shell whose columns are counted from the next one moves the same."""
+    rolled = shell_with(Drop(shell.drop.case), np.roll(shell.x, 1, axis=1), np.roll(shell.v, 1, axis=1))
+    for one in (shell, rolled):
+        one.drop.advance(most=20)
+    for field, rolled_field in zip(shell.fields, rolled.fields, strict=True):
+        close(rolled_field, np.roll(field, 1, axis=1), 1e-11)
+    for column in History:
+        close(rolled.drop.state.now[column], shell.drop.state.now[column], 1e-11)
+
+
+def test_columns_at_the_ends_stay_copies(shell: Shell) -> None:
+    shell.drop.advance(most=20)
+    for flat in shell.nodes:
+        rows = flat.reshape(shell.model.n1 + 1, shell.model.stride)
+        assert_array_equal(rows[:, PAD - 1], rows[:, PAD + shell.model.n2 - 1])
+        assert_array_equal(rows[:, PAD + shell.model.n2], rows[:, PAD])
+
+
+# What the kernels rely on
+
+
+def arrays(value: object) -> list[np.ndarray]:
+    """All arrays in nested tuples."""
+    if isinstance(value, tuple):
+        return [array for part in value for array in arrays(part)]
+    return [value] if isinstance(value, np.ndarray) else []
+
+
+def test_arrays(shell: Shell) -> None:
+    """Another type or layout would be compiled for silently; node and edge rows begin on cache lines."""
+    drop = shell.drop
+    for array in arrays((drop.model, drop.state, drop.sweep, drop.history)):
+        assert array.dtype in (np.float64, np.int64)
+        assert array.flags.c_contiguous
+        assert array.flags.aligned
+        assert array.flags.writeable
+    assert drop.model.stride * 8 % 64 == 0
+    for array in arrays((drop.state.nodes, *drop.sweep[: drop.sweep._fields.index("pressure")])):
+        assert array.ctypes.data % 64 == 0
+
+
+def test_cases_differ_in_values_not_in_types() -> None:
+    drops = [make_drop(*overrides) for overrides in VARIANTS.values()]
+    assert len({typeof((drop.model, drop.state, drop.sweep)) for drop in drops}) == 1
+    for drop in drops:
+        drop.advance(most=2)
+        drop.advance(until=1e-3)
+    assert len(advance.signatures) == 1
+
+
+def test_noalias_reaches_the_compiler() -> None:
+    """jit.NoAlias sets a flag of Numba's that has no public name."""
+
+    def add(a: Floats, b: Floats) -> None:
+        for i in range(a.size):
+            a[i] += b[i]
+
+    def promises(**options: Any) -> int:
+        compiled = njit(**options)(add)
+        compiled(np.zeros(4), np.ones(4))
+        (code,) = compiled.inspect_llvm().values()
+        return code.count(" noalias ")
+
+    assert not Flags().noalias
+    assert promises(pipeline_class=NoAlias) > promises()
+
+
+# Events in a step
+
+
+def test_impact_in_a_step() -> None:
+    for height, velocity, acceleration in [
+        (1e-3, -6.0, -9.8),
+        (1e-3, -6.0, 0.0),
+        (1e-3, -6.0, 1e4),
+        (0.0, -6.0, 5.0),
+        (1e-9, -6.0, -9.8),
+    ]:
+        within, outcome = event_time(height, velocity, acceleration, 4e-4)
+        assert outcome == Outcome.IMPACT
+        first = min(t for t in np.roots([acceleration / 2.0, velocity, height]) if np.isreal(t) and t >= 0.0)
+        assert within == pytest.approx(first, rel=1e-12)
