@@ -140,7 +140,7 @@ def build_sweep(model: Model) -> Sweep:
         top_generatrix=Top(np.zeros(n2), np.zeros(n2)),
         top_hoop=Top(np.zeros(n2), np.zeros(n2)),
         top_belt=Top(np.zeros(n2), np.zeros(n2)),
-        by_column=ByColumn(np.zeros(n2), np.zeros(n2)),
+        by_column=ByColumn(*(np.zeros(n2) for _ in ByColumn._fields)),
     )
 
 

@@ -81,7 +81,7 @@ def run(
     scale = tension_scale(case) if dimensionless else None
     _check_scale(scale)
     if not quiet and not kernels_cached():
-        typer.echo("compiling kernels (first run only, about 15 s) ...", err=True)
+        typer.echo("compiling kernels (first run only, about 20 s) ...", err=True)
     try:
         with console.progress(case.shell.height, quiet=quiet) as callback:
             summary = simulate(case, results=results, progress=callback)

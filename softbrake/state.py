@@ -227,10 +227,11 @@ class Top(NamedTuple):
 
 
 class ByColumn(NamedTuple):
-    """Sums of the step by column; each (n2,)."""
+    """Sums of the step, and the largest rate, by column; each (n2,)."""
 
     kinetic: Floats  # J
     impulse: Floats  # N s, of the ground on the fabric
+    rate: Floats  # 1/s, fastest, for the choice of the step
 
 
 class Sweep(NamedTuple):

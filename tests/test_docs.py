@@ -100,6 +100,14 @@ def test_row_names_what_exists(row: Row) -> None:
         assert row.home.startswith(f"{NOWHERE} "), "an equation has a home, or a reason to have none"
 
 
+def test_tests_in_the_text_exist() -> None:
+    text = (ROOT / "docs" / "equations.md").read_text(encoding="utf-8")
+    there = {name for path in ROOT.glob("tests/test_*.py") for name in functions(path.relative_to(ROOT).as_posix())}
+    named = set(re.findall(r"`(test_\w+)`", text))
+    assert named
+    assert not named - there
+
+
 @pytest.mark.parametrize("path", KERNELS)
 def test_equations_that_a_kernel_cites_have_it_as_home(path: str) -> None:
     here = {row.number for row in equations() if f"`{path}`" in row.home}

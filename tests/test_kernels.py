@@ -85,7 +85,7 @@ def shell_with(drop: Drop, x: Floats, v: Floats) -> Shell:
     parts = [*np.moveaxis(x, -1, 0), *np.moveaxis(v, -1, 0)]
     for flat, values in zip(drop.state.nodes, parts, strict=True):
         flat.reshape(len(values), -1)[:, PAD - 1 : PAD + drop.model.n2 + 1] = np.pad(values, ((0, 0), (1, 1)), mode="wrap")
-    drop.state.now[History.KINETIC_ENERGY] = naive.kinetic_energy(drop.model, v)
+    drop.state.now[History.KINETIC_ENERGY] = drop.state.kinetic_start[0] = naive.kinetic_energy(drop.model, v)
     return Shell(drop, x, v)
 
 
@@ -123,7 +123,7 @@ def vectors(rows: Any, model: Model) -> Floats:
 
 
 class Whole(NamedTuple):
-    """Edges and cells of the whole shell, where a step keeps a few rows; row i of generatrix and cells is above row i of nodes."""
+    """Edges and cells of the whole shell, where a step keeps a few rows; generatrix and cells above row i of nodes are row i."""
 
     generatrix: Edges
     hoop: Edges
@@ -360,6 +360,38 @@ def test_stable_step_of_an_unstretched_sheet() -> None:
     assert stable_step(drop.model, drop.state.nodes, drop.sweep) == pytest.approx(expected, rel=1e-12)
 
 
+@pytest.mark.parametrize("viscosity", [0.0, 2.0])
+@pytest.mark.parametrize("others", [(), ("belts=[]",), ("belts=[]", "model.scheme=cell")])
+def test_stable_step_is_that_of_the_linearised_scheme(others: tuple[str, ...], viscosity: float) -> None:
+    """The leapfrog about a taut shell, from differences of the twins' forces: no mode grows, and one would at twice the step."""
+    drop = make_drop(f"fabric.viscosity={viscosity}", "grid={generatrix: 5, hoop: 8}", *others)
+    model = drop.model
+    x, v = Shell(drop, np.empty(0), np.empty(0)).fields
+    x, v = 1.2 * x, 0.0 * v
+    step = stable_step(model, shell_with(drop, x, v).nodes, drop.sweep)
+
+    def acceleration(x: Floats, v: Floats) -> Floats:
+        forces = naive.forces_of(model, x, v, 0.0)
+        inner = forces[History.WORK_ELASTIC] + forces[History.WORK_VISCOUS] + forces[History.WORK_BELTS]
+        return (inner / model.mass[:, None, None])[1:-1].ravel()
+
+    size = x[1:-1].size
+    by_place, by_velocity = np.empty((size, size)), np.empty((size, size))
+    for k in range(size):
+        change = np.zeros_like(x)
+        change[1:-1].flat[k] = 1e-6
+        by_place[:, k] = (acceleration(x + change, v) - acceleration(x - change, v)) / 2e-6
+        by_velocity[:, k] = (acceleration(x, v + change) - acceleration(x, v - change)) / 2e-6
+
+    def growth(step: float) -> float:
+        pushed = np.hstack([step * by_place, np.eye(size) + step * by_velocity])
+        moved = np.hstack([np.eye(size), np.zeros((size, size))]) + step * pushed
+        return float(np.abs(np.linalg.eigvals(np.vstack([moved, pushed]))).max())
+
+    assert growth(step) < 1.0 + 1e-6
+    assert growth(2.0 * step) > 1.1
+
+
 def test_sampled_fields(shell: Shell) -> None:
     model = shell.model
     found = [np.full((model.n1 + 1, model.n2), np.nan) for _ in range(4)]
@@ -385,6 +417,24 @@ def test_columns_at_the_ends_stay_copies(shell: Shell) -> None:
         rows = flat.reshape(shell.model.n1 + 1, shell.model.stride)
         assert_array_equal(rows[:, PAD - 1], rows[:, PAD + shell.model.n2 - 1])
         assert_array_equal(rows[:, PAD + shell.model.n2], rows[:, PAD])
+
+
+def test_chunks_of_steps_and_pictures_between_change_nothing(shell: Shell) -> None:
+    whole = shell_with(Drop(shell.drop.case), shell.x, shell.v)
+    history, _ = whole.drop.advance(most=20)
+    rows = []
+    for most in (1, 7, 12):
+        rows.append(shell.drop.advance(most=most)[0].copy())
+        sample_fields(shell.model, shell.nodes, shell.drop.sweep, *np.empty((4, shell.model.n1 + 1, shell.model.n2)))
+    assert_array_equal(np.concatenate(rows), history)
+    assert_array_equal(shell.fields, whole.fields)
+
+
+def test_history_keeps_every_nth_step() -> None:
+    every, third = make_drop(), make_drop("output.history_interval=3")
+    rows, _ = every.advance(most=20)
+    assert len(rows) == 20
+    assert_array_equal(third.advance(most=20)[0], rows[::3])
 
 
 # What the kernels rely on
@@ -439,15 +489,35 @@ def test_noalias_reaches_the_compiler() -> None:
 # Events in a step
 
 
-def test_impact_in_a_step() -> None:
-    for height, velocity, acceleration in [
-        (1e-3, -6.0, -9.8),
-        (1e-3, -6.0, 0.0),
-        (1e-3, -6.0, 1e4),
-        (0.0, -6.0, 5.0),
-        (1e-9, -6.0, -9.8),
-    ]:
-        within, outcome = event_time(height, velocity, acceleration, 4e-4)
-        assert outcome == Outcome.IMPACT
-        first = min(t for t in np.roots([acceleration / 2.0, velocity, height]) if np.isreal(t) and t >= 0.0)
-        assert within == pytest.approx(first, rel=1e-12)
+@pytest.mark.parametrize(
+    ("height", "velocity", "acceleration"),
+    [(1e-3, -6.0, -9.8), (1e-3, -6.0, 0.0), (1e-3, -6.0, 5e3), (1e-9, -6.0, -9.8), (4e-4, -1.0, 1100.0), (0.0, -6.0, 5.0)],
+)
+def test_impact_in_a_step(height: float, velocity: float, acceleration: float) -> None:
+    """The first root of the parabola, where the cover would be below the ground at the end of the step."""
+    within, outcome = event_time(height, velocity, acceleration, 1.2e-3)
+    roots = np.roots([0.5 * acceleration, velocity, height])
+    assert outcome == Outcome.IMPACT
+    assert within == pytest.approx(min(root for root in roots if root >= 0.0), rel=1e-12)
+
+
+@pytest.mark.xfail(strict=True, reason="event_time looks at the end of the step only")
+def test_impact_in_a_step_that_ends_above_the_ground() -> None:
+    """0.4 mm - 1 m/s t + 500 m/s² t² is zero at (1 -+ √0.2) ms, and the cover stands still between, below the ground."""
+    within, outcome = event_time(4e-4, -1.0, 1000.0, 3e-3)
+    assert outcome == Outcome.IMPACT
+    assert within == pytest.approx((1.0 - sqrt(0.2)) * 1e-3, rel=1e-12)
+
+
+def test_stop_in_a_step() -> None:
+    assert event_time(0.1, -1.0, 1000.0, 1.5e-3) == (pytest.approx(1e-3, rel=1e-15), Outcome.STOPPED)
+    assert event_time(0.1, -1.0, 1000.0, 0.9e-3) == (0.9e-3, Outcome.RUNNING)
+    assert event_time(0.1, 1.0, -1000.0, 1.5e-3) == (1.5e-3, Outcome.RUNNING)
+
+
+@pytest.mark.parametrize("step", [1e-3, 1.5e-3])
+def test_stop_on_the_ground(step: float) -> None:
+    """v² = 2ah: impact and stop at once."""
+    within, outcome = event_time(5e-4, -1.0, 1000.0, step)
+    assert outcome in (Outcome.IMPACT, Outcome.STOPPED)
+    assert within == pytest.approx(1e-3, rel=1e-7)

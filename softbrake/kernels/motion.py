@@ -84,31 +84,31 @@ def vertical_force(force, area, pressure, columns):
 
 
 @kernel
-def push_cargo(model, state, sweep, pressure, dt, step, node, row):
+def push_cargo(
+    now, nodes, force, area, on_nodes, mean, work, by_column, mass, gravity, pressure, cover_area, dt, step, node, row, columns
+):
     """Push cargo, upper cover and the row of fabric on it from n to n+1. Eqs. (2.4), (3.4). Returns the new height (m).
 
     The pull of the fabric, and the pressure on the half cell below the cover, come from the forces on the row's nodes.
-    Reads pressure (Pa): p~; dt, step (s) as push_row. Writes state.now: velocity, acceleration, cover force; nodes at offset
-    node; sweep.mean at offset row, by_column; work.
+    Reads force, area, on_nodes as push_row its own; mass (kg) of all that moves; pressure (Pa): p~; dt, step (s) as push_row.
+    Writes now: velocity, acceleration, cover force; nodes at offset node; mean at offset row, by_column; work.
     """
-    now, nodes, work = state.now, state.nodes, state.work
-    total = model.cargo_mass + model.n2 * model.mass[model.n1]
-    gas = pressure * model.cover_area
+    gas = pressure * cover_area
     gas_on_row = 0.0
-    for j in range(uint64(model.n2)):
-        gas_on_row += sweep.pressure[j] * sweep.area.z[FIRST + j]
-    now[History.COVER_FORCE] = gas + vertical_force(sweep.force, sweep.area, sweep.pressure, model.n2)
-    now[History.ACCELERATION] = now[History.COVER_FORCE] / total - model.gravity
+    for j in range(uint64(columns)):
+        gas_on_row += on_nodes[j] * area.z[FIRST + j]
+    now[History.COVER_FORCE] = gas + vertical_force(force, area, on_nodes, columns)
+    now[History.ACCELERATION] = now[History.COVER_FORCE] / mass - gravity
     old = nodes.w[node]
     new = old + dt * now[History.ACCELERATION]
     now[History.VELOCITY] = new - 0.5 * step * now[History.ACCELERATION]
     height = now[History.HEIGHT] + step * new
-    mean = 0.5 * (old + new)
-    hold_row(sweep.mean, row, model.n2, mean)
-    work.pressure[0] += dt * (gas + gas_on_row) * mean
-    work.gravity[0] -= dt * model.gravity * total * mean
-    sweep.by_column.kinetic[0] += 0.5 * total * new * new
-    for j in range(uint64(model.n2 + 2)):
+    between = 0.5 * (old + new)
+    hold_row(mean, row, columns, between)
+    work.pressure[0] += dt * (gas + gas_on_row) * between
+    work.gravity[0] -= dt * gravity * mass * between
+    by_column.kinetic[0] += 0.5 * mass * new * new
+    for j in range(uint64(columns + 2)):
         nodes.z[node - ONE + j] = height
         nodes.w[node - ONE + j] = new
     return height

@@ -40,7 +40,7 @@ def sweep_rows(model, state, sweep, dt, step):
     stride = uint64(model.stride)
     # Numba counts references each time an array is taken out of a tuple: take all of them out before the loop.
     fabric, belts, mass, belt_width = model.fabric, model.belts, model.mass, model.belts.width
-    nodes, work, now = state.nodes, state.work, state.now
+    nodes, work, now, peaks = state.nodes, state.work, state.now, state.peaks
     g, h, belt, cells, mean, on_nodes = sweep.generatrix, sweep.hoop, sweep.belt, sweep.cells, sweep.mean, sweep.pressure
     force, force_above, area, area_above = sweep.force, sweep.force_above, sweep.area, sweep.area_above
     top_1, top_2, top_belt, by_column = sweep.top_generatrix, sweep.top_hoop, sweep.top_belt, sweep.by_column
@@ -54,6 +54,7 @@ def sweep_rows(model, state, sweep, dt, step):
     height = 0.0
     clear_row(force_above)
     clear_row(area_above)
+    clear_sums(top_1, top_2, top_belt, by_column)
     update_edges(nodes, h, FIRST - ONE, ONE, FIRST - ONE, n2 + 1, fabric.h2)  # (2.6)
     for i in range(n1 + 1):
         node = uint64(i) * stride + FIRST
@@ -103,7 +104,26 @@ def sweep_rows(model, state, sweep, dt, step):
                 nodes, force, area, on_nodes, mean, work, by_column, mass[i], model.gravity, dt, step, node, row, n2
             )  # (3.2), (3.4)
         else:
-            height = push_cargo(model, state, sweep, pressure, dt, step, node, row)  # (2.4)
+            moving = model.cargo_mass + n2 * mass[i]
+            height = push_cargo(
+                now,
+                nodes,
+                force,
+                area,
+                on_nodes,
+                mean,
+                work,
+                by_column,
+                moving,
+                model.gravity,
+                pressure,
+                model.cover_area,
+                dt,
+                step,
+                node,
+                row,
+                n2,
+            )  # (2.4)
 
         if i > 0 and edge_scheme:
             add_edge_work(g, mean, elastic, viscous, below, below, row, dt, n2)
@@ -115,6 +135,7 @@ def sweep_rows(model, state, sweep, dt, step):
             add_cell_work(g, h, cells, mean, elastic, viscous, below, hoop_below, hoop, below, below, row, dt, n2)
         if i > 0 and shear:
             add_shear_work(g, h, cells, mean, elastic, below, hoop_below, hoop, below, below, row, dt, n2)
+    book_forces(now, peaks, top_1, top_2, top_belt, by_column, n1, dt)
     return height
 
 
@@ -139,13 +160,22 @@ def take_row(rows, above):
 
 
 @kernel
-def clear_tops(sweep):
+def clear_sums(top_1, top_2, top_belt, by_column):
     """Forget the last step's largest tensions, kinetic energy and ground impulse."""
-    sweep.top_generatrix.tension[:] = 0.0
-    sweep.top_hoop.tension[:] = 0.0
-    sweep.top_belt.tension[:] = 0.0
-    sweep.by_column.kinetic[:] = 0.0
-    sweep.by_column.impulse[:] = 0.0
+    top_1.tension[:] = 0.0
+    top_2.tension[:] = 0.0
+    top_belt.tension[:] = 0.0
+    by_column.kinetic[:] = 0.0
+    by_column.impulse[:] = 0.0
+
+
+@kernel
+def total(by_column):
+    """Return the sum over the columns; written out, since compiling NumPy's sum costs a second."""
+    result = 0.0
+    for value in by_column:
+        result += value
+    return result
 
 
 @kernel
@@ -158,35 +188,43 @@ def raise_peak(peaks, which, value, time, row):
 
 
 @kernel
-def book_top(state, top, column, which):
-    """Write the largest tension of the step (N/m) to a column of state.now, and raise its peak."""
-    j = top.tension.argmax()
-    state.now[column] = top.tension[j]
-    raise_peak(state.peaks, which, top.tension[j], state.now[History.TIME], top.row[j])
+def book_top(now, peaks, top, column, which):
+    """Write the largest tension of the step (N/m) to a column of now, and raise its peak."""
+    largest = 0
+    for j in range(top.tension.size):
+        if top.tension[j] > top.tension[largest]:
+            largest = j
+    now[column] = top.tension[largest]
+    raise_peak(peaks, which, top.tension[largest], now[History.TIME], top.row[largest])
 
 
 @kernel
-def book_forces(model, state, sweep, dt):
-    """Write the largest tensions and the ground force of the step to state.now, and raise state.peaks."""
-    now = state.now
-    book_top(state, sweep.top_generatrix, History.TENSION_GENERATRIX, Peak.TENSION_GENERATRIX)
-    book_top(state, sweep.top_hoop, History.TENSION_HOOP, Peak.TENSION_HOOP)
-    book_top(state, sweep.top_belt, History.TENSION_BELT, Peak.TENSION_BELT)
-    raise_peak(state.peaks, Peak.DECELERATION, now[History.ACCELERATION], now[History.TIME], float(model.n1))
-    now[History.GROUND_FORCE] += sweep.by_column.impulse.sum() / dt
+def book_forces(now, peaks, top_1, top_2, top_belt, by_column, n1, dt):
+    """Write the largest tensions of the step and the ground's impulse on the fabric to now, and raise the peaks."""
+    book_top(now, peaks, top_1, History.TENSION_GENERATRIX, Peak.TENSION_GENERATRIX)
+    book_top(now, peaks, top_2, History.TENSION_HOOP, Peak.TENSION_HOOP)
+    book_top(now, peaks, top_belt, History.TENSION_BELT, Peak.TENSION_BELT)
+    raise_peak(peaks, Peak.DECELERATION, now[History.ACCELERATION], now[History.TIME], float(n1))
+    now[History.GROUND_FORCE] += total(by_column.impulse) / dt
 
 
 @kernel
-def book_energies(state, sweep):
-    """Write kinetic energy and works at n+1/2 to state.now, for the row of time n+1."""
-    now, work = state.now, state.work
-    now[History.KINETIC_ENERGY] = sweep.by_column.kinetic.sum()
-    now[History.WORK_PRESSURE] = work.pressure.sum()
-    now[History.WORK_ELASTIC] = work.elastic.sum()
-    now[History.WORK_VISCOUS] = work.viscous.sum()
-    now[History.WORK_BELTS] = work.belts.sum()
-    now[History.WORK_GRAVITY] = work.gravity.sum()
-    now[History.WORK_GROUND] = work.ground.sum()
+def book_energies(now, work, by_column):
+    """Write kinetic energy and works at n+1/2 to now, for the row of time n+1."""
+    now[History.KINETIC_ENERGY] = total(by_column.kinetic)
+    now[History.WORK_PRESSURE] = total(work.pressure)
+    now[History.WORK_ELASTIC] = total(work.elastic)
+    now[History.WORK_VISCOUS] = total(work.viscous)
+    now[History.WORK_BELTS] = total(work.belts)
+    now[History.WORK_GRAVITY] = total(work.gravity)
+    now[History.WORK_GROUND] = total(work.ground)
+
+
+@kernel
+def record(history, row, now):
+    """Write now to a row of the history."""
+    for column in range(now.size):
+        history[row, column] = now[column]
 
 
 @kernel
@@ -210,7 +248,7 @@ def advance(model, state, sweep, history, interval, most, until):
     Every interval-th step writes a row of state.now at its time n to history, shape (rows, len(History)), and an event one
     for its own time. The staggered start: the first half-step has no velocity at -1/2 to start from, but that at 0.
     """
-    now = state.now
+    now, work, by_column = state.now, state.work, sweep.by_column
     rows = 0
     done = 0
     while done < most and now[History.TIME] < until and rows + 1 < history.shape[0]:
@@ -220,13 +258,11 @@ def advance(model, state, sweep, history, interval, most, until):
         step = min(model.courant * state.stable_step[0], left)
         dt = 0.5 * (state.last_step[0] + step)
         now[History.TIME_STEP] = step
-        clear_tops(sweep)
         height = sweep_rows(model, state, sweep, dt, step)
-        book_forces(model, state, sweep, dt)
         if state.steps[0] % interval == 0:
-            history[rows] = now
+            record(history, rows, now)
             rows += 1
-        book_energies(state, sweep)
+        book_energies(now, work, by_column)
         state.steps[0] += 1
         state.last_step[0] = step
         done += 1
@@ -248,6 +284,6 @@ def advance(model, state, sweep, history, interval, most, until):
         now[History.VELOCITY] = velocity + within * acceleration
         if outcome != Outcome.RUNNING:
             now[History.TIME_STEP] = 0.0
-            history[rows] = now
+            record(history, rows, now)
             return rows + 1, outcome
     return rows, Outcome.RUNNING

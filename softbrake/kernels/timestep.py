@@ -20,13 +20,14 @@ def stable_step(model, nodes, sweep):
     stretched membrane, belt and shear, and to the tension across them; in a uniform unstretched sheet without Poisson coupling
     and shear this is h/c of (3.3). Viscous forces at n-1/2 with the damping D = 4 c/m of edge dampers c shorten it: xi = D/2w.
     Slack edges count with their stiffness when taut. The pressure's own stiffness, p h/E of the fabric's, is left out.
-    Reads model, nodes. Writes scratch in sweep.generatrix, sweep.hoop.
+    Reads model, nodes. Writes scratch in sweep.generatrix, hoop, by_column.rate.
     """
     n1, n2 = model.n1, model.n2
     stride = uint64(model.stride)
     fabric = model.fabric
     aspect = fabric.h2 / fabric.h1
-    slowest = 0.0
+    fastest = sweep.by_column.rate
+    fastest[:] = 0.0
     update_edges(nodes, sweep.generatrix, FIRST, stride, FIRST, n2, fabric.h1)
     for i in range(1, n1):
         node = uint64(i) * stride + FIRST
@@ -52,5 +53,14 @@ def stable_step(model, nodes, sweep):
             damping_2 = per_mass * (fabric.viscosity * wide_1 * fabric.h1 + belt_viscosity) / fabric.h2
             rate_1 = damping_1 + sqrt(damping_1 * damping_1 + 4.0 * square_1)
             rate_2 = damping_2 + sqrt(damping_2 * damping_2 + 4.0 * square_2)
-            slowest = max(slowest, rate_1, rate_2)
-    return 4.0 / slowest
+            fastest[j] = max(fastest[j], rate_1, rate_2)
+    return 4.0 / largest(fastest)
+
+
+@kernel
+def largest(by_column):
+    """Return the largest over the columns."""
+    result = by_column[0]
+    for value in by_column:
+        result = max(result, value)
+    return result
