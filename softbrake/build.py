@@ -80,7 +80,7 @@ def build_model(case: Case) -> Model:
         gravity=case.gravity,
         cargo_mass=case.cargo.mass,
         cover_area=0.5 * n2 * radius * radius * sin(2.0 * pi / n2),
-        areal_density=cloth.areal_density,
+        most_gas_work=max(law.value, *law.values, 0.0) * pi * case.shell.diameter**2 * case.shell.height,
         mass=line_mass * h2,
         fabric=fabric,
         belts=belts,
@@ -165,7 +165,8 @@ def _aligned(size: int) -> Floats:
     """Zeros that start on a cache line."""
     block = np.zeros(size + PAD)
     start = -block.ctypes.data // block.itemsize % PAD
-    return block[start : start + size]
+    zeros: Floats = block[start : start + size]
+    return zeros
 
 
 def _overlap(height: float, width: float, n1: int, h1: float) -> Floats:
@@ -173,6 +174,6 @@ def _overlap(height: float, width: float, n1: int, h1: float) -> Floats:
     middle = np.arange(n1 + 1) * h1
     lower = np.maximum(middle - 0.5 * h1, height - 0.5 * width)
     upper = np.minimum(middle + 0.5 * h1, height + 0.5 * width)
-    shared = np.maximum(upper - lower, 0.0)
+    shared: Floats = np.maximum(upper - lower, 0.0)
     shared[shared < SLIVER * width] = 0.0
-    return shared * (width / shared.sum())
+    return shared * (width / float(shared.sum()))

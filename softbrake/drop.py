@@ -3,8 +3,11 @@
 from __future__ import annotations
 
 import math
+import signal
+import threading
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import NamedTuple
 
@@ -59,6 +62,20 @@ def run(case: Case, results: str | Path | None = None, progress: Callable[[Progr
         return drop.run(file, progress)
 
 
+@contextmanager
+def _held_interrupt() -> Iterator[Callable[[], bool]]:
+    """Hold Ctrl-C back, so that it cuts no write to the result file in two; yields a function that tells whether it came."""
+    came: list[int] = []
+    if threading.current_thread() is not threading.main_thread():
+        yield lambda: False  # the main thread takes it
+        return
+    before = signal.signal(signal.SIGINT, lambda number, _: came.append(number))
+    try:
+        yield lambda: bool(came)
+    finally:
+        signal.signal(signal.SIGINT, before)
+
+
 class Drop:
     """A drop under way."""
 
@@ -71,7 +88,10 @@ class Drop:
         self.kernel_seconds = 0.0
 
     def advance(self, until: float = math.inf, most: int = 2**62) -> tuple[Floats, Outcome]:
-        """Advance to a time (s) or by a number of steps, whichever is first; return the new history rows and the outcome."""
+        """Advance to a time (s) or by a number of steps, and no further than one block of history rows.
+
+        Returns the new rows, a view that the next call overwrites, and the outcome: RUNNING where it only paused.
+        """
         start = time.perf_counter()
         rows, outcome = advance(self.model, self.state, self.sweep, self.history, self.case.output.history_interval, most, until)
         self.kernel_seconds += time.perf_counter() - start
@@ -83,12 +103,12 @@ class Drop:
         self.advance(most=0)  # loads or compiles the kernels
         self.kernel_seconds = 0.0
         most = max(NODE_STEPS_PER_CHUNK // ((self.model.n1 + 1) * self.model.n2), 1)
-        outcome, ending = Outcome.RUNNING, ""
+        outcome = Outcome.RUNNING
         interval = self.case.output.snapshot_interval if file is not None else math.inf
         due = 0.0
         lowest = math.inf
-        try:
-            while outcome == Outcome.RUNNING:
+        with _held_interrupt() as interrupted:
+            while outcome == Outcome.RUNNING and not interrupted():
                 if file is not None and self.now(History.TIME) >= due:
                     self._snapshot(file)
                     due = (self.now(History.TIME) // interval + 1.0) * interval
@@ -98,13 +118,12 @@ class Drop:
                     file.add_history(rows)
                 if progress is not None:
                     progress(self._progress(time.perf_counter() - started))
-        except KeyboardInterrupt:
-            ending = "interrupted"
-        if file is not None:
-            self._snapshot(file)
-        summary = self._summary(ending or outcome.name.lower(), lowest, time.perf_counter() - started, file)
-        if file is not None:
-            file.write_summary(summary)
+            ending = "interrupted" if outcome == Outcome.RUNNING else outcome.name.lower()
+            if file is not None:
+                self._snapshot(file)
+            summary = self._summary(ending, lowest, time.perf_counter() - started, file)
+            if file is not None:
+                file.write_summary(summary)
         if outcome == Outcome.DIVERGED:
             raise Diverged(self._divergence())
         return summary

@@ -145,7 +145,7 @@ class Model(NamedTuple):
     gravity: float  # m/s^2
     cargo_mass: float  # kg, without the shell
     cover_area: float  # m^2, of the polygon of the row on the cover
-    areal_density: float  # kg/m^2
+    most_gas_work: float  # J, more than gas can give: largest pressure times the volume at twice the diameter
     mass: Floats  # kg, of a node of each row, (n1+1,)
     fabric: Fabric
     belts: Belts

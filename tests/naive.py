@@ -379,7 +379,7 @@ def stable_step(model: Model, x: Floats) -> float:
     """Least bound over the free nodes of (2/ω)(√(1 + ξ²) - ξ), s: leapfrog with damping forces at n-1/2, ξ = D/2ω.
 
     ω² = 4 k/m and D = 4 c/m are those of the shortest wave. Along the motion k is the stiffness of taut fabric and belt, across
-    it their tension over the edge's length, and in shear G12.
+    it their tension over the edge's length, and in shear G12 times the square of the stretch along the motion.
     """
     fabric, belts = model.fabric, model.belts
     s = stretches(fabric, x, np.zeros_like(x))
@@ -393,9 +393,10 @@ def stable_step(model: Model, x: Floats) -> float:
             length_1, length_2 = fabric.h1 * (1.0 + e1), fabric.h2 * (1.0 + e2)
             load_1 = max(fabric.c11 * e1 + fabric.c12 * e2, 0.0) * width_1
             load_2 = max(fabric.c22 * e2 + fabric.c21 * e1, 0.0) * width_2 + belts.stiffness[i] * e2
-            stiffness_1 = fabric.c11 * width_1 / fabric.h1 + load_2 / length_2 + fabric.g12 * fabric.h1 / fabric.h2
+            stiffness_1 = fabric.c11 * width_1 / fabric.h1 + load_2 / length_2
+            stiffness_1 += fabric.g12 * (1.0 + e1) ** 2 * fabric.h1 / fabric.h2
             stiffness_2 = (fabric.c22 * width_2 + belts.stiffness[i]) / fabric.h2 + load_1 / length_1
-            stiffness_2 += fabric.g12 * fabric.h2 / fabric.h1
+            stiffness_2 += fabric.g12 * (1.0 + e2) ** 2 * fabric.h2 / fabric.h1
             damper_1 = fabric.viscosity * width_1 / fabric.h1
             damper_2 = (fabric.viscosity * width_2 + belts.viscosity[i]) / fabric.h2
             for stiffness, damper in ((stiffness_1, damper_1), (stiffness_2, damper_2)):

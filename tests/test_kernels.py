@@ -71,9 +71,13 @@ class Shell(NamedTuple):
 
     @property
     def fields(self) -> tuple[Floats, Floats]:
-        """Places and velocities as they are now, (n1+1, n2, 3)."""
-        views = [grid_view(part, self.model) for part in self.nodes]
-        return np.stack(views[:3], axis=-1), np.stack(views[3:], axis=-1)
+        return fields_of(self.drop)
+
+
+def fields_of(drop: Drop) -> tuple[Floats, Floats]:
+    """Places and velocities as they are now, (n1+1, n2, 3)."""
+    views = [grid_view(part, drop.model) for part in drop.state.nodes]
+    return np.stack(views[:3], axis=-1), np.stack(views[3:], axis=-1)
 
 
 def make_drop(*overrides: str) -> Drop:
@@ -92,7 +96,7 @@ def shell_with(drop: Drop, x: Floats, v: Floats) -> Shell:
 def out_of_shape(*overrides: str) -> Shell:
     """A shell with taut and slack edges in every direction, two of its nodes about to reach the ground."""
     drop = make_drop(*overrides)
-    x, v = Shell(drop, np.empty(0), np.empty(0)).fields
+    x, v = fields_of(drop)
     random = np.random.default_rng(20170501)
     free = x[1:-1].shape
     x[1:-1, :, :2] *= 1.1
@@ -101,6 +105,12 @@ def out_of_shape(*overrides: str) -> Shell:
     x[1, [2, 6], 2] = 1e-4
     v[1, [2, 6], 2] = -200.0
     return shell_with(drop, x, v)
+
+
+def taut(drop: Drop) -> Shell:
+    """The shell of a drop at rest, larger in all directions."""
+    x, v = fields_of(drop)
+    return shell_with(drop, 1.2 * x, 0.0 * v)
 
 
 @pytest.fixture(params=VARIANTS)
@@ -342,6 +352,7 @@ def test_steps(shell: Shell) -> None:
     for column in History:
         close(np.array(rows)[:, column], np.array(expected)[:, column], 1e-11)
     close(drop.state.peaks, peaks, 1e-11)
+    assert drop.state.steps[0] == len(rows)
     assert work[History.WORK_GROUND] < 0.0
     assert abs(drop.energy_error()) < 1e-14
 
@@ -350,6 +361,18 @@ def test_stable_step(shell: Shell) -> None:
     assert stable_step(shell.model, shell.nodes, shell.drop.sweep) == pytest.approx(
         naive.stable_step(shell.model, shell.x), rel=1e-12
     )
+
+
+@pytest.mark.parametrize("stiff", ["fabric.E22=2 MN/m", "fabric.E11=2 MN/m"])
+def test_stable_step_of_a_light_stiff_belt(stiff: str) -> None:
+    """The belt's row decides the step, by its stiffness along the hoop or by its tension across a stiff generatrix."""
+    belt = "belts=[{height: 0.3 m, stiffness: 200 kN, line_density: 0.1 g/m, width: 50 mm}]"
+    drop = make_drop(belt, stiff, "fabric.nu12=0.01", "fabric.nu21=0.01")
+    shell = taut(drop)
+    without = naive.stable_step(drop.model._replace(belts=drop.model.belts._replace(stiffness=np.zeros(7))), shell.x)
+    expected = naive.stable_step(drop.model, shell.x)
+    assert expected < 0.99 * without
+    assert stable_step(drop.model, shell.nodes, drop.sweep) == pytest.approx(expected, rel=1e-12)
 
 
 def test_stable_step_of_an_unstretched_sheet() -> None:
@@ -366,9 +389,8 @@ def test_stable_step_is_that_of_the_linearised_scheme(others: tuple[str, ...], v
     """The leapfrog about a taut shell, from differences of the twins' forces: no mode grows, and one would at twice the step."""
     drop = make_drop(f"fabric.viscosity={viscosity}", "grid={generatrix: 5, hoop: 8}", *others)
     model = drop.model
-    x, v = Shell(drop, np.empty(0), np.empty(0)).fields
-    x, v = 1.2 * x, 0.0 * v
-    step = stable_step(model, shell_with(drop, x, v).nodes, drop.sweep)
+    _, x, v = taut(drop)
+    step = stable_step(model, drop.state.nodes, drop.sweep)
 
     def acceleration(x: Floats, v: Floats) -> Floats:
         forces = naive.forces_of(model, x, v, 0.0)
@@ -428,6 +450,16 @@ def test_chunks_of_steps_and_pictures_between_change_nothing(shell: Shell) -> No
         sample_fields(shell.model, shell.nodes, shell.drop.sweep, *np.empty((4, shell.model.n1 + 1, shell.model.n2)))
     assert_array_equal(np.concatenate(rows), history)
     assert_array_equal(shell.fields, whole.fields)
+
+
+def test_start() -> None:
+    """At first contact the shell falls with the cargo, unstretched and slack."""
+    (row,), _ = make_drop().advance(most=1)
+    assert row[History.TIME] == 0.0
+    assert row[History.HEIGHT] == 0.6
+    assert row[History.VELOCITY] == pytest.approx(-6.0, rel=1e-15)
+    for column in (History.TENSION_GENERATRIX, History.TENSION_HOOP, History.TENSION_BELT):
+        assert row[column] < 1e-6
 
 
 def test_history_keeps_every_nth_step() -> None:
@@ -501,7 +533,42 @@ def test_impact_in_a_step(height: float, velocity: float, acceleration: float) -
     assert within == pytest.approx(min(root for root in roots if root >= 0.0), rel=1e-12)
 
 
-@pytest.mark.xfail(strict=True, reason="event_time looks at the end of the step only")
+@pytest.mark.parametrize(
+    ("outcome", "overrides"),
+    [
+        (Outcome.IMPACT, ("pressure.value=1 kPa",)),
+        (Outcome.STOPPED, ("pressure.value=60 kPa",)),
+        (Outcome.TIME_LIMIT, ("time.end=1.2345 ms",)),
+    ],
+)
+def test_last_row(outcome: Outcome, overrides: tuple[str, ...]) -> None:
+    """The last row lies on the parabola that starts in the one before, where height, velocity or time meets the event."""
+    drop = make_drop("fabric.damping_ratio=5 %", "pressure={law: constant, value: 0 Pa}", *overrides)
+    rows, found = drop.advance()
+    assert found == outcome
+    before, end = rows[-2], rows[-1]
+    assert_array_equal(end, drop.state.now)
+    within, acceleration = end[History.TIME] - before[History.TIME], before[History.ACCELERATION]
+    assert 0.0 < within <= before[History.TIME_STEP] * (1.0 + 1e-9)
+    assert end[History.VELOCITY] == pytest.approx(before[History.VELOCITY] + within * acceleration, abs=1e-9)
+    fallen = within * (before[History.VELOCITY] + 0.5 * within * acceleration)
+    assert end[History.HEIGHT] == pytest.approx(before[History.HEIGHT] + fallen, abs=1e-12)
+    column, value = {
+        Outcome.IMPACT: (History.HEIGHT, 0.0),
+        Outcome.STOPPED: (History.VELOCITY, 0.0),
+        Outcome.TIME_LIMIT: (History.TIME, 1.2345e-3),
+    }[outcome]
+    assert end[column] == pytest.approx(value, abs=1e-15)
+
+
+@pytest.mark.parametrize("damping", [0.0, 0.01])
+def test_divergence(damping: float) -> None:
+    """A step of four times the limit ends the run."""
+    drop = make_drop(f"pressure.damping={damping}")
+    drop.model = drop.model._replace(courant=4.0)
+    assert drop.advance()[1] == Outcome.DIVERGED
+
+
 def test_impact_in_a_step_that_ends_above_the_ground() -> None:
     """0.4 mm - 1 m/s t + 500 m/s² t² is zero at (1 -+ √0.2) ms, and the cover stands still between, below the ground."""
     within, outcome = event_time(4e-4, -1.0, 1000.0, 3e-3)

@@ -25,7 +25,7 @@ from softbrake.state import PAD, History, Outcome, Peak, Scheme
 
 ONE = uint64(1)
 FIRST = uint64(PAD)
-STEPS_PER_STEP_CHOICE = 16  # a choice costs about a step; at 650 m/s waves pass eight cells meanwhile
+STEPS_PER_STEP_CHOICE = 16  # a choice costs about a step; waves pass no more than sixteen cells meanwhile
 RUNAWAY = 4.0  # kinetic energy above this many times what start, gravity and pressure gave: it came from nowhere
 
 
@@ -233,12 +233,12 @@ def event_time(height, velocity, acceleration, step):
 
     The motion of the leapfrog within a step: uniform acceleration from the place and velocity at its start.
     """
-    if height + step * (velocity + 0.5 * step * acceleration) <= 0.0:
+    stops = velocity <= 0.0 and velocity + step * acceleration > 0.0
+    lowest = -velocity / acceleration if stops else step
+    if height + lowest * (velocity + 0.5 * lowest * acceleration) <= 0.0:
         discriminant = max(velocity * velocity - 2.0 * acceleration * height, 0.0)
         return 2.0 * height / (sqrt(discriminant) - velocity), Outcome.IMPACT
-    if velocity <= 0.0 and velocity + step * acceleration > 0.0:
-        return -velocity / acceleration, Outcome.STOPPED
-    return step, Outcome.RUNNING
+    return lowest, Outcome.STOPPED if stops else Outcome.RUNNING
 
 
 @kernel
@@ -271,7 +271,8 @@ def advance(model, state, sweep, history, interval, most, until):
         within, outcome = event_time(now[History.HEIGHT], velocity, acceleration, step)
         if outcome == Outcome.RUNNING and step == left:
             outcome = Outcome.TIME_LIMIT
-        given = state.kinetic_start[0] + max(now[History.WORK_GRAVITY], 0.0) + max(now[History.WORK_PRESSURE], 0.0)
+        gas = min(max(now[History.WORK_PRESSURE], 0.0), model.most_gas_work)
+        given = state.kinetic_start[0] + max(now[History.WORK_GRAVITY], 0.0) + gas
         if not now[History.KINETIC_ENERGY] <= RUNAWAY * given:
             outcome = Outcome.DIVERGED
         if outcome == Outcome.RUNNING:

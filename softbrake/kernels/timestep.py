@@ -47,8 +47,8 @@ def stable_step(model, nodes, sweep):
             along_2 = (fabric.c22 * wide_1 * fabric.h1 + belt) / fabric.h2
             across_1 = max(fabric.c11 * e1 + fabric.c12 * e2, 0.0) * wide_2 * aspect / (1.0 + e1)
             across_2 = (max(fabric.c22 * e2 + fabric.c21 * e1, 0.0) * wide_1 * fabric.h1 + belt * e2) / (fabric.h2 * (1.0 + e2))
-            square_1 = per_mass * (along_1 + across_2 + fabric.g12 / aspect)
-            square_2 = per_mass * (along_2 + across_1 + fabric.g12 * aspect)
+            square_1 = per_mass * (along_1 + across_2 + fabric.g12 * (1.0 + e1) ** 2 / aspect)
+            square_2 = per_mass * (along_2 + across_1 + fabric.g12 * (1.0 + e2) ** 2 * aspect)
             damping_1 = per_mass * fabric.viscosity * wide_2 * aspect
             damping_2 = per_mass * (fabric.viscosity * wide_1 * fabric.h1 + belt_viscosity) / fabric.h2
             rate_1 = damping_1 + sqrt(damping_1 * damping_1 + 4.0 * square_1)
