@@ -76,6 +76,18 @@ def add_shear_work(generatrix, hoop, cells, mean, elastic, edge, lower_hoop, upp
 
 
 @kernel
+def add_cargo_work(work, by_column, gas, weight, mass, between, after, dt):
+    """Add the cargo's share, with its row of fabric: work of the gas and of the weight (N), kinetic energy.
+
+    Reads between, after: its mean velocity in the step and that at n+1/2 (m/s); mass (kg); dt (s).
+    Writes the first column of work.pressure, work.gravity, by_column.kinetic (J).
+    """
+    work.pressure[0] += dt * gas * between
+    work.gravity[0] -= dt * weight * between
+    by_column.kinetic[0] += 0.5 * mass * after * after
+
+
+@kernel
 def update_top(edges, edge, top, row, columns):
     """Update the largest tension of the step by column, and the row where it stands. Reads edges.tension at offset edge."""
     tension, largest, where = edges.tension, top.tension, top.row

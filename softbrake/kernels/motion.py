@@ -75,39 +75,28 @@ def hold_row(mean, row, columns, velocity):
 
 
 @kernel
-def vertical_force(force, area, pressure, columns):
-    """Return the vertical force (N) of tensions and pressure on the nodes of a row on a cover."""
-    total = 0.0
+def vertical_forces(force, area, pressure, columns):
+    """Return the vertical forces (N) of the tensions and of the pressure on the nodes of a row on a cover."""
+    tension, gas = 0.0, 0.0
     for j in range(uint64(columns)):
-        total += force.z[FIRST + j] + pressure[j] * area.z[FIRST + j]
-    return total
+        tension += force.z[FIRST + j]
+        gas += pressure[j] * area.z[FIRST + j]
+    return tension, gas
 
 
 @kernel
-def push_cargo(
-    now, nodes, force, area, on_nodes, mean, work, by_column, mass, gravity, pressure, cover_area, dt, step, node, row, columns
-):
+def push_cargo(now, nodes, mean, mass, gravity, dt, step, node, row, columns):
     """Push cargo, upper cover and the row of fabric on it from n to n+1. Eqs. (2.4), (3.4). Returns the new height (m).
 
-    The pull of the fabric, and the pressure on the half cell below the cover, come from the forces on the row's nodes.
-    Reads force, area, on_nodes as push_row its own; mass (kg) of all that moves; pressure (Pa): p~; dt, step (s) as push_row.
-    Writes now: velocity, acceleration, cover force; nodes at offset node; mean at offset row, by_column; work.
+    Reads now: cover force (N), height (m); mass (kg) of all that moves; dt, step (s) as push_row.
+    Writes now: velocity, acceleration; nodes at offset node; mean at offset row.
     """
-    gas = pressure * cover_area
-    gas_on_row = 0.0
-    for j in range(uint64(columns)):
-        gas_on_row += on_nodes[j] * area.z[FIRST + j]
-    now[History.COVER_FORCE] = gas + vertical_force(force, area, on_nodes, columns)
     now[History.ACCELERATION] = now[History.COVER_FORCE] / mass - gravity
     old = nodes.w[node]
     new = old + dt * now[History.ACCELERATION]
     now[History.VELOCITY] = new - 0.5 * step * now[History.ACCELERATION]
     height = now[History.HEIGHT] + step * new
-    between = 0.5 * (old + new)
-    hold_row(mean, row, columns, between)
-    work.pressure[0] += dt * (gas + gas_on_row) * between
-    work.gravity[0] -= dt * gravity * mass * between
-    by_column.kinetic[0] += 0.5 * mass * new * new
+    hold_row(mean, row, columns, 0.5 * (old + new))
     for j in range(uint64(columns + 2)):
         nodes.z[node - ONE + j] = height
         nodes.w[node - ONE + j] = new

@@ -17,8 +17,8 @@ from softbrake.kernels.fabric import (
 )
 from softbrake.kernels.geometry import add_area_vectors, update_edges
 from softbrake.kernels.jit import kernel
-from softbrake.kernels.ledger import add_cell_work, add_edge_work, add_shear_work, update_top
-from softbrake.kernels.motion import hold_row, push_cargo, push_row, vertical_force
+from softbrake.kernels.ledger import add_cargo_work, add_cell_work, add_edge_work, add_shear_work, update_top
+from softbrake.kernels.motion import hold_row, push_cargo, push_row, vertical_forces
 from softbrake.kernels.pressure import pressure_at, update_damped_pressure
 from softbrake.kernels.timestep import stable_step
 from softbrake.state import PAD, History, Outcome, Peak, Scheme
@@ -50,6 +50,8 @@ def sweep_rows(model, state, sweep, dt, step):
     damped = model.pressure.damping > 0.0
     pressure = pressure_at(model.pressure, now[History.TIME])  # (2.10)
     now[History.PRESSURE] = pressure
+    gas_on_cover = pressure * model.cover_area
+    gravity = model.gravity
     on_nodes[:] = pressure
     height = 0.0
     clear_row(force_above)
@@ -95,35 +97,17 @@ def sweep_rows(model, state, sweep, dt, step):
             update_damped_pressure(model.pressure, pressure, nodes, area, on_nodes, node, n2)  # (2.11)
 
         if i == 0:
-            now[History.GROUND_FORCE] = (
-                pressure * model.cover_area - vertical_force(force, area, on_nodes, n2) + n2 * mass[0] * model.gravity
-            )
+            tension, gas = vertical_forces(force, area, on_nodes, n2)
+            now[History.GROUND_FORCE] = gas_on_cover - gas - tension + n2 * mass[i] * gravity
             hold_row(mean, row, n2, 0.0)
         elif i < n1:
-            push_row(
-                nodes, force, area, on_nodes, mean, work, by_column, mass[i], model.gravity, dt, step, node, row, n2
-            )  # (3.2), (3.4)
+            push_row(nodes, force, area, on_nodes, mean, work, by_column, mass[i], gravity, dt, step, node, row, n2)  # (3.2)
         else:
+            tension, gas = vertical_forces(force, area, on_nodes, n2)
+            now[History.COVER_FORCE] = gas_on_cover + gas + tension
             moving = model.cargo_mass + n2 * mass[i]
-            height = push_cargo(
-                now,
-                nodes,
-                force,
-                area,
-                on_nodes,
-                mean,
-                work,
-                by_column,
-                moving,
-                model.gravity,
-                pressure,
-                model.cover_area,
-                dt,
-                step,
-                node,
-                row,
-                n2,
-            )  # (2.4)
+            height = push_cargo(now, nodes, mean, moving, gravity, dt, step, node, row, n2)  # (2.4)
+            add_cargo_work(work, by_column, gas_on_cover + gas, gravity * moving, moving, mean.z[row], nodes.w[node], dt)
 
         if i > 0 and edge_scheme:
             add_edge_work(g, mean, elastic, viscous, below, below, row, dt, n2)
