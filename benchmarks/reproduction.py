@@ -1,6 +1,6 @@
 """The tables of docs/reproduction.md: the paper's rows beside ours, and what each choice it leaves open does to them.
 
-python -m benchmarks.reproduction        about three minutes
+python -m benchmarks.reproduction        half a minute to two minutes
 """
 
 from __future__ import annotations
