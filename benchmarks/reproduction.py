@@ -72,23 +72,28 @@ def table(head: list[str], lines: list[list[str]]) -> None:
         print("| " + " | ".join(line) + " |", flush=True)
 
 
+def against_paper(modulus: str, impact: str) -> str:
+    """Return an impact velocity (m/s) and its deviation from the paper's."""
+    return f"{impact} ({100 * (float(impact) / PAPER_IMPACTS[modulus] - 1):+.1f} %)"
+
+
 def main() -> None:
     """Print the tables."""
     head = [f"V, H/l1, T22 at {1e3 * time:g} ms" for time, *_ in PAPER_ROWS[:-1]] + ["end, s", "impact, m/s"]
     print("The paper's rows\n")
     paper = [f"{v:.3f}, {h:.3f}" + (f", {t:.2f}" if t else "") for _, v, h, t in PAPER_ROWS[:-1]] + ["0.1250", "4.045"]
     lines = [["paper, E = 20 kN/m", *paper]]
-    lines += [
-        [f"{name}, E = {modulus} kN/m", *rows(path, f"fabric.E={modulus} kN/m")]
-        for name, path in CASES.items()
-        for modulus in PAPER_IMPACTS
-    ]
+    found = {(name, modulus): rows(path, f"fabric.E={modulus} kN/m") for name, path in CASES.items() for modulus in PAPER_IMPACTS}
+    lines += [[f"{name}, E = {modulus} kN/m", *cells] for (name, modulus), cells in found.items()]
     table(["", *head], lines)
     print("\nImpact velocity against the paper's\n")
-    lines = []
-    for name, path in CASES.items():
-        found = {modulus: float(rows(path, f"fabric.E={modulus} kN/m")[-1]) for modulus in PAPER_IMPACTS}
-        lines.append([name, *(f"{found[e]:.3f} ({100 * (found[e] / PAPER_IMPACTS[e] - 1):+.1f} %)" for e in PAPER_IMPACTS)])
+    lines = [[name, *(against_paper(e, found[name, e][-1]) for e in PAPER_IMPACTS)] for name in CASES]
+    for viscosity in (0.02, 0.1, 0.5, 1.0):
+        line = [f"paper-narrow-belts.yaml, viscosity {viscosity} N s/m"]
+        for e in PAPER_IMPACTS:
+            cells = rows(CASES["paper-narrow-belts.yaml"], f"fabric.E={e} kN/m", f"fabric.viscosity={viscosity}")
+            line.append(against_paper(e, cells[-1]))
+        lines.append(line)
     table(["", *(f"E = {e} kN/m (paper {v})" for e, v in PAPER_IMPACTS.items())], lines)
     for name, path in CASES.items():
         print(f"\nWhat the open choices do, {name}\n")

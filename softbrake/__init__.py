@@ -5,24 +5,22 @@ From Python: `summary = softbrake.run(softbrake.load_case("case.yaml"))`.
 
 from __future__ import annotations
 
+from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from softbrake.case import load_case
-    from softbrake.drop import run
+    from softbrake.case import CaseError, load_case
+    from softbrake.drop import Diverged, run
+    from softbrake.results import ResultError
 
-__all__ = ["__version__", "load_case", "run"]
+__all__ = ["CaseError", "Diverged", "ResultError", "__version__", "load_case", "run"]
 __version__ = "0.1.0"
+
+_HOMES = {"CaseError": "case", "load_case": "case", "Diverged": "drop", "run": "drop", "ResultError": "results"}
 
 
 def __getattr__(name: str) -> Any:
     # On demand: importing the package, as the command line does for --help, must not load Numba.
-    if name == "load_case":
-        from softbrake.case import load_case
-
-        return load_case
-    if name == "run":
-        from softbrake.drop import run
-
-        return run
+    if name in _HOMES:
+        return getattr(import_module(f"softbrake.{_HOMES[name]}"), name)
     raise AttributeError(f"module {__name__!r} has no attribute {name!r}")

@@ -27,7 +27,7 @@ from softbrake.state import (
     Work,
 )
 
-SLIVER = 1e-3  # least part of a belt's width that a row carries
+SLIVER = 1e-3  # least part of a belt that a row carries, of what the row with most of it does
 
 
 def build_model(case: Case) -> Model:
@@ -43,6 +43,7 @@ def build_model(case: Case) -> Model:
     h2 = 2.0 * radius * sin(pi / n2)
     cloth = case.fabric
     contraction = 1.0 - cloth.nu12 * cloth.nu21
+    true_tension = cloth.law == "true_tension"
     fabric = Fabric(
         h1=h1,
         h2=h2,
@@ -53,23 +54,24 @@ def build_model(case: Case) -> Model:
         g12=cloth.G12,
         viscosity=cloth.viscosity,
         floor=0.0 if cloth.slack == "cut" else -inf,
-        true_tension=1.0 if cloth.law == "true_tension" else 0.0,
+        true_tension=float(true_tension),
     )
     share = np.full(n1 + 1, h1)
     share[[0, -1]] *= 0.5
     line_mass = cloth.areal_density * share
     belts = Belts(*(np.zeros(n1 + 1) for _ in Belts._fields))
-    # Belt and fabric each have the Poisson coupling of (2.9), but T11 knows nothing of the belt: a potential allows neither.
-    coupling = fabric.c21 * fabric.true_tension
+    # N22 feels e11, but T11 nothing of the belt: a potential does not allow that, so the nominal law makes it a plain filament.
+    coupling = fabric.c21 if true_tension else 0.0
     for belt in case.belts:
         width = _overlap(belt.height, belt.width, n1, h1)
         part = width / belt.width
         line_mass += belt.line_density * part
         belts.width[:] += width
-        belts.stiffness[:] += belt.stiffness / contraction * part
+        belts.stiffness[:] += belt.stiffness / (contraction if true_tension else 1.0) * part
         belts.coupling[:] += coupling * width
         belts.viscosity[:] += cloth.viscosity * width
     law = case.pressure
+    most_pressure = max(law.value, *law.values, 0.0)
     return Model(
         n1=n1,
         n2=n2,
@@ -80,7 +82,7 @@ def build_model(case: Case) -> Model:
         gravity=case.gravity,
         cargo_mass=case.cargo.mass,
         cover_area=0.5 * n2 * radius * radius * sin(2.0 * pi / n2),
-        most_gas_work=max(law.value, *law.values, 0.0) * pi * case.shell.diameter**2 * case.shell.height,
+        most_gas_work=most_pressure * pi * case.shell.diameter**2 * case.shell.height,
         mass=line_mass * h2,
         fabric=fabric,
         belts=belts,
@@ -92,6 +94,7 @@ def build_model(case: Case) -> Model:
             times=np.array(law.times, float),
             values=np.array(law.values, float),
             damping=law.damping,
+            most=most_pressure,
         ),
     )
 
@@ -175,5 +178,5 @@ def _overlap(height: float, width: float, n1: int, h1: float) -> Floats:
     lower = np.maximum(middle - 0.5 * h1, height - 0.5 * width)
     upper = np.minimum(middle + 0.5 * h1, height + 0.5 * width)
     shared: Floats = np.maximum(upper - lower, 0.0)
-    shared[shared < SLIVER * width] = 0.0
+    shared[shared < SLIVER * shared.max()] = 0.0
     return shared * (width / float(shared.sum()))

@@ -182,7 +182,7 @@ def parse_case(text: str, name: str, overrides: Sequence[str] = ()) -> Case:
         place = root.place if root else place_of(0, 0)
         check.fault(place, "", "not a mapping" if root else "an empty file", "sections such as 'shell:' are wanted")
         raise CaseError(check.messages())
-    for index, override in enumerate(overrides):
+    for index, override in enumerate([overrides] if isinstance(overrides, str) else overrides):
         apply_override(root, override, Place((1, index, 0), f"--set {override}"), check.fault)
     case = check.case(root, Path(name).stem)
     if case is None:

@@ -86,6 +86,8 @@ def run(
         with console.progress(case.shell.height, quiet=quiet) as callback:
             summary = simulate(case, results=results, progress=callback)
     except Diverged as error:
+        if json:
+            _show(error.summary, json, scale)
         _fail(error, FAILED)
     except ResultError as error:
         _fail(error)

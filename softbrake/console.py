@@ -146,7 +146,7 @@ def print_unfinished(row: dict[str, float]) -> None:
     console.print(f"The run did not finish: the file has no summary. {last}")
     table = _table()
     for name, value in row.items():
-        table.add_row(name, f"{value:.6g}", UNITS[History[name.upper()]])
+        table.add_row(name, f"{value:.4g}", UNITS[History[name.upper()]])
     console.print(table)
 
 

@@ -18,6 +18,7 @@ from softbrake.build import build_model, build_state, build_sweep, grid_view, in
 from softbrake.case import Case
 from softbrake.kernels.fields import sample_fields
 from softbrake.kernels.jit import CACHE_FOLDER, PACKAGE, hash_sources
+from softbrake.kernels.pressure import pressure_at
 from softbrake.kernels.step import advance
 from softbrake.results import ResultFile
 from softbrake.state import Floats, History, Model, Outcome, Peak, State, Sweep
@@ -26,6 +27,7 @@ from softbrake.summary import Peak as PeakFound
 
 NODE_STEPS_PER_CHUNK = 2_000_000  # about 0.1 s between chances for progress and Ctrl-C
 HISTORY_ROWS = 4096
+BURST = 1.5  # median hoop stretch; skeleton fabrics are used up to 1.3, and a faulty step stretches a few nodes only
 
 
 class Progress(NamedTuple):
@@ -35,12 +37,18 @@ class Progress(NamedTuple):
     height: float  # m
     velocity: float  # m/s, downwards positive
     steps: int
-    wall_seconds: float
     end_time: float  # s
 
 
 class Diverged(Exception):
-    """The run left what physics allows; the message names time, step, node, quantity and the likely cause."""
+    """The run left what physics allows; the message names time, step, node, quantity and the likely cause.
+
+    `summary` says what was computed up to there.
+    """
+
+    def __init__(self, message: str, summary: Summary) -> None:
+        super().__init__(message)
+        self.summary = summary
 
 
 def kernels_cached() -> bool:
@@ -56,6 +64,7 @@ def run(case: Case, results: str | Path | None = None, progress: Callable[[Progr
     Raises Diverged where the computation fails; the result file is readable up to there.
     """
     drop = Drop(case)
+    drop.advance(most=0)  # loads or compiles the kernels, before an older result file is replaced
     if results is None:
         return drop.run(None, progress)
     with ResultFile.create(Path(results), case, version=__version__, source_hash=hash_sources(PACKAGE)) as file:
@@ -100,32 +109,30 @@ class Drop:
     def run(self, file: ResultFile | None, progress: Callable[[Progress], None] | None) -> Summary:
         """Advance to the end, writing history and snapshots to the file."""
         started = time.perf_counter()
-        self.advance(most=0)  # loads or compiles the kernels
         self.kernel_seconds = 0.0
         most = max(NODE_STEPS_PER_CHUNK // ((self.model.n1 + 1) * self.model.n2), 1)
         outcome = Outcome.RUNNING
         interval = self.case.output.snapshot_interval if file is not None else math.inf
         due = 0.0
-        lowest = math.inf
         with _held_interrupt() as interrupted:
             while outcome == Outcome.RUNNING and not interrupted():
-                if file is not None and self.now(History.TIME) >= due:
+                now = self.now(History.TIME)
+                if file is not None and now >= due:
                     self._snapshot(file)
-                    due = (self.now(History.TIME) // interval + 1.0) * interval
+                    due = max((now // interval + 1.0) * interval, math.nextafter(now, math.inf))
                 rows, outcome = self.advance(due if file is not None else math.inf, most)
-                lowest = min(lowest, rows[:, History.HEIGHT].min(initial=math.inf))
                 if file is not None:
                     file.add_history(rows)
                 if progress is not None:
-                    progress(self._progress(time.perf_counter() - started))
+                    progress(self._progress())
             ending = "interrupted" if outcome == Outcome.RUNNING else outcome.name.lower()
             if file is not None:
                 self._snapshot(file)
-            summary = self._summary(ending, lowest, time.perf_counter() - started, file)
+            summary = self._summary(ending, time.perf_counter() - started, file)
             if file is not None:
                 file.write_summary(summary)
         if outcome == Outcome.DIVERGED:
-            raise Diverged(self._divergence())
+            raise Diverged(self._divergence(), summary)
         return summary
 
     def now(self, column: History) -> float:
@@ -138,21 +145,24 @@ class Drop:
         residual = self.now(History.KINETIC_ENERGY) - float(self.state.kinetic_start[0]) - works
         return residual / initial_energy(self.case, self.model)
 
-    def _progress(self, wall_seconds: float) -> Progress:
+    def _progress(self) -> Progress:
         return Progress(
             time=self.now(History.TIME),
             height=self.now(History.HEIGHT),
             velocity=-self.now(History.VELOCITY),
             steps=int(self.state.steps[0]),
-            wall_seconds=wall_seconds,
             end_time=self.case.time.end,
         )
 
-    def _snapshot(self, file: ResultFile) -> None:
-        model, nodes = self.model, self.state.nodes
+    def _fields(self) -> dict[str, Floats]:
+        """Return stretches and tensions (N/m) at the nodes, each (n1+1, n2)."""
         names = ("stretch_generatrix", "stretch_hoop", "tension_generatrix", "tension_hoop")
-        fields = {name: np.empty((model.n1 + 1, model.n2)) for name in names}
-        sample_fields(model, nodes, self.sweep, *(fields[name] for name in names))
+        fields = {name: np.empty((self.model.n1 + 1, self.model.n2)) for name in names}
+        sample_fields(self.model, self.state.nodes, self.sweep, *fields.values())
+        return fields
+
+    def _snapshot(self, file: ResultFile) -> None:
+        model, nodes, fields = self.model, self.state.nodes, self._fields()
         fields["velocity"] = np.stack([grid_view(part, model) for part in (nodes.u, nodes.v, nodes.w)], axis=-1)
         xyz = np.stack([grid_view(part, model) for part in (nodes.x, nodes.y, nodes.z)], axis=-1)
         file.add_snapshot(
@@ -161,7 +171,7 @@ class Drop:
             fields,
             height=self.now(History.HEIGHT),
             velocity=self.now(History.VELOCITY),
-            pressure=self.now(History.PRESSURE),
+            pressure=pressure_at(self.model.pressure, self.now(History.TIME)),
         )
 
     def _peak(self, which: Peak) -> PeakFound:
@@ -169,7 +179,7 @@ class Drop:
         height = None if which == Peak.DECELERATION else row * self.model.fabric.h1
         return PeakFound(value, when, height)
 
-    def _summary(self, outcome: str, lowest: float, wall_seconds: float, file: ResultFile | None) -> Summary:
+    def _summary(self, outcome: str, wall_seconds: float, file: ResultFile | None) -> Summary:
         case, steps = self.case, int(self.state.steps[0])
         impact = -self.now(History.VELOCITY) if outcome == "impact" else None
         free_fall = math.sqrt(case.cargo.velocity**2 + 2.0 * case.gravity * case.shell.height)
@@ -183,7 +193,7 @@ class Drop:
             impact_time=None if impact is None else self.now(History.TIME),
             free_fall_velocity=free_fall,
             velocity_reduction=None if impact is None else free_fall - impact,
-            minimum_height=min(lowest, self.now(History.HEIGHT)),
+            minimum_height=self.now(History.HEIGHT),  # a run ends where the cover would rise
             peak_deceleration=peaks["peak_deceleration"].value,
             peak_tension_generatrix=peaks["peak_tension_generatrix"].value,
             peak_tension_hoop=peaks["peak_tension_hoop"].value,
@@ -203,12 +213,21 @@ class Drop:
         model, nodes = self.model, self.state.nodes
         speed = np.sqrt(sum(grid_view(part, model) ** 2 for part in (nodes.u, nodes.v, nodes.w)))
         row, column = np.unravel_index(int(np.argmax(np.where(np.isfinite(speed), speed, np.inf))), speed.shape)
-        if self.case.model.scheme == "cell":
+        kinetic = self.now(History.KINETIC_ENERGY)
+        if math.isfinite(kinetic):
+            excess = f"kinetic energy {kinetic:.4g} J, more than start, gravity and gas can have given"
+        else:
+            excess = "kinetic energy not finite"
+        stretch = float(np.median(self._fields()["stretch_hoop"]))
+        if stretch > BURST:
+            cause = (
+                f"the fabric bursts: half of the hoops, stretched {stretch:.3g} times and more, find no balance with the pressure"
+            )
+        elif self.case.model.scheme == "cell":
             cause = "the printed scheme's averages do not feel a checkerboard of folds; model.scheme=edge does"
         else:
             cause = f"the step is too large for this state; try time.courant={0.5 * self.case.time.courant:g}"
         return (
-            f"diverged at {self.now(History.TIME):.6g} s, step {int(self.state.steps[0])}: "
-            f"kinetic energy {self.now(History.KINETIC_ENERGY):.4g} J, more than start, gravity and gas can have given; "
+            f"diverged at {self.now(History.TIME):.6g} s, step {int(self.state.steps[0])}: {excess}; "
             f"fastest node: row {row} of {model.n1}, column {column}, at {speed[row, column]:.4g} m/s; most likely {cause}"
         )

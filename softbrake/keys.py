@@ -146,8 +146,8 @@ SECTIONS: dict[str, tuple[Key, ...]] = {
     ),
     "pressure": (LAW, *{key.meaning: key for keys in PRESSURE.values() for key in keys}.values()),
     "grid": (
-        Key("generatrix", int, "cells along the generatrix", "36", default=36, least=4),
-        Key("hoop", int, "cells around the hoop", "90", default=90, least=8),
+        Key("generatrix", int, "cells along the generatrix", "36", default=36, least=4, most=10_000),
+        Key("hoop", int, "cells around the hoop", "90", default=90, least=8, most=10_000),
     ),
     "time": (
         Key("courant", Dimension.RATIO, "Courant coefficient of the step (3.3), at most 1", "0.5", default=0.5, above=0, most=1),

@@ -21,7 +21,7 @@ import h5py
 import numpy as np
 from numpy.typing import NDArray
 
-from softbrake.case import Case
+from softbrake.case import Case, case_to_dict
 from softbrake.state import UNITS, Floats, History
 from softbrake.summary import ModelUsed, Peak, Summary, Work
 
@@ -98,7 +98,7 @@ class ResultFile:
                 about = file.create_group("softbrake")
                 about.attrs.update({"version": version, "source_hash": source_hash, "tension_scale": tension_scale(case)})
                 about.attrs["tension_scale_units"] = "N/m"
-                about["case"] = json.dumps(asdict(case))
+                about["case"] = json.dumps(case_to_dict(case))
             os.replace(draft, path)
         except OSError as error:
             draft.unlink(missing_ok=True)

@@ -131,6 +131,7 @@ class Pressure(NamedTuple):
     times: Floats  # s, (k,)
     values: Floats  # Pa, (k,)
     damping: float  # s/m
+    most: float  # Pa, largest p~ of the law
 
 
 class Model(NamedTuple):

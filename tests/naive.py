@@ -378,7 +378,8 @@ def step(model: Model, x: Floats, v: Floats, time: float, dt: float, step: float
 def stable_step(model: Model, x: Floats) -> float:
     """Least bound over the free nodes of (2/ω)(√(1 + ξ²) - ξ), s: leapfrog with damping forces at n-1/2, ξ = D/2ω.
 
-    ω² = 4 k/m and D = 4 c/m are those of the shortest wave. Along the motion k is the stiffness of taut fabric and belt, across
+    ω² = 4 k/m and D = 4 c/m are those of the shortest wave; D also has what
+    (2.11) takes off the pressure per velocity, 2 ν^n p. Along the motion k is the stiffness of taut fabric and belt, across
     it their tension over the edge's length, and in shear G12 times the square of the stretch along the motion.
     """
     fabric, belts = model.fabric, model.belts
@@ -399,9 +400,10 @@ def stable_step(model: Model, x: Floats) -> float:
             stiffness_2 += fabric.g12 * (1.0 + e2) ** 2 * fabric.h2 / fabric.h1
             damper_1 = fabric.viscosity * width_1 / fabric.h1
             damper_2 = (fabric.viscosity * width_2 + belts.viscosity[i]) / fabric.h2
+            gas = 2.0 * model.pressure.damping * model.pressure.most * length_1 * length_2  # of the node's area, N s/m
             for stiffness, damper in ((stiffness_1, damper_1), (stiffness_2, damper_2)):
                 frequency = sqrt(4.0 * stiffness / model.mass[i])
-                xi = 4.0 * damper / model.mass[i] / (2.0 * frequency)
+                xi = (4.0 * damper + gas) / model.mass[i] / (2.0 * frequency)
                 least = min(least, 2.0 / frequency * (sqrt(1.0 + xi * xi) - xi))
     return least
 

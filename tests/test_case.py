@@ -197,7 +197,7 @@ cargo: {mass: 100 kg}
         "6:9: fabric.nu12: nan is not a finite number; a ratio >= 0 such as '0.25' is wanted",
         "7:3: fabric.nu12: duplicate key, first at f.yaml:6:3; each key once is wanted",
         "8:1: cargo.velocity: missing; a speed > 0 such as '6 m/s' is wanted",
-        "--set grid.hoop=7: grid.hoop: 7 is out of range; an integer >= 8 such as '90' is wanted",
+        "--set grid.hoop=7: grid.hoop: 7 is out of range; an integer >= 8 and <= 10000 such as '90' is wanted",
         "--set time.end=0: time.end: 0 is out of range; a time > 0 such as '1 s' is wanted",
     ]
 
@@ -223,9 +223,12 @@ END = GOOD.count("\n") + 1
         ("time: {end: 1" + 400 * "0" + "}", "{}:13: time.end: inf is not a finite number; a time > 0 such as '1 s' is wanted"),
         ("time: {courant: 1.5}", "{}:17: time.courant: 1.5 is out of range; a ratio > 0 and <= 1 such as '0.5' is wanted"),
         ("time: {end: 1 sec}", "{}:13: time.end: unknown unit 'sec'; a time > 0 such as '1 s' is wanted"),
-        ("grid: {generatrix: 3}", "{}:20: grid.generatrix: 3 is out of range; an integer >= 4 such as '36' is wanted"),
-        ("grid: {hoop: 9.5}", "{}:14: grid.hoop: 9.5 is not an integer; an integer >= 8 such as '90' is wanted"),
-        ("grid: {hoop: '90'}", "{}:14: grid.hoop: '90' is not an integer; an integer >= 8 such as '90' is wanted"),
+        (
+            "grid: {generatrix: 3}",
+            "{}:20: grid.generatrix: 3 is out of range; an integer >= 4 and <= 10000 such as '36' is wanted",
+        ),
+        ("grid: {hoop: 9.5}", "{}:14: grid.hoop: 9.5 is not an integer; an integer >= 8 and <= 10000 such as '90' is wanted"),
+        ("grid: {hoop: '90'}", "{}:14: grid.hoop: '90' is not an integer; an integer >= 8 and <= 10000 such as '90' is wanted"),
         ("model: {scheme: cells}", "{}:17: model.scheme: unknown value 'cells'; edge or cell is wanted"),
         ("model: edge", "{}:8: model: not a mapping; a mapping of scheme is wanted"),
         ("output:", "{}:8: output: not a mapping; a mapping of snapshot_interval, history_interval is wanted"),

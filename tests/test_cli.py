@@ -166,12 +166,12 @@ def test_divergence_is_one_line_and_exit_1(paper: Path, monkeypatch: pytest.Monk
     module = importlib.import_module("softbrake.drop")
 
     def diverge(*_: object, **__: object) -> None:
-        raise module.Diverged("step 7, t = 1 ms: a velocity is not a number")
+        raise module.Diverged("step 7, t = 1 ms: a velocity is not a number", replace(summary(), outcome="diverged"))
 
     monkeypatch.setattr(module, "run", diverge)
     done = CliRunner().invoke(app, ["run", str(paper), "--no-results", "--json", "-q"])
     assert done.exit_code == 1
-    assert done.stdout == ""
+    assert json.loads(done.stdout)["outcome"] == "diverged"
     assert done.stderr == "step 7, t = 1 ms: a velocity is not a number\n"
 
 
@@ -251,7 +251,7 @@ def test_progress_in_a_pipe_is_a_line_every_two_seconds(
     with console.progress(0.6, quiet=False) as callback:
         assert callback is not None
         for step in range(5):
-            callback(Progress(0.01 * step, 0.5, 5.5, step, 0.1, 0.3))
+            callback(Progress(0.01 * step, 0.5, 5.5, step, 0.3))
     out, err = capsys.readouterr()
     assert out == ""
     assert [line.split()[:2] for line in err.splitlines()] == [["t", "0.0200"], ["t", "0.0400"]]

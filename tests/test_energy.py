@@ -106,7 +106,7 @@ def test_gravity_work_is_potential_energy() -> None:
     """Up to the square of the step where the step changes, since dt means of two velocities and of two steps."""
     falling = drop(*COARSE, config="paper")
     before = places_of_ledger(falling)
-    finish(falling)
+    falling.advance(until=0.05)
     fallen = (before - places_of_ledger(falling))[..., 2]
     model = falling.model
     expected = model.gravity * (model.mass @ fallen.sum(axis=1) + model.cargo_mass * fallen[-1, 0])

@@ -5,7 +5,7 @@ import os
 import subprocess
 import sys
 import time
-from dataclasses import asdict, replace
+from dataclasses import replace
 from pathlib import Path
 
 import h5py
@@ -14,7 +14,7 @@ import pytest
 import synthetic_drop as drop
 
 from softbrake import results
-from softbrake.case import Pressure
+from softbrake.case import Pressure, case_to_dict
 from softbrake.results import ResultError, ResultFile
 from softbrake.state import UNITS, History
 
@@ -92,7 +92,7 @@ def test_history_round_trip_with_units(tmp_path: Path) -> None:
 
 def test_case_summary_snapshots_round_trip(small: Path) -> None:
     case = drop.case(6, 8, belts=2)
-    assert results.read_case(small) == json.loads(json.dumps(asdict(case)))
+    assert results.read_case(small) == json.loads(json.dumps(case_to_dict(case)))
     assert results.read_summary(small) == drop.summary()
     snapshots = results.read_snapshots(small, "tension_hoop", "velocity")
     xyz, fields = drop.shape(case, snapshots.times[5])

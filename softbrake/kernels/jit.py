@@ -34,17 +34,14 @@ def _cache_base() -> Path:
 
 
 def _cache_folder() -> Path:
-    """Writable folder for this version of the kernels; a temporary one where the user has none."""
+    """Writable folder for this version of the kernels; a new temporary one where the user has none."""
     # Numba looks at a kernel's own file only: a changed helper or constant would leave stale machine code in one folder for all.
-    folder = Path("softbrake") / hash_sources(PACKAGE / "kernels")
-    for base in (_cache_base(), Path(tempfile.gettempdir())):
-        try:
-            (base / folder).mkdir(parents=True, exist_ok=True)
-        except OSError:
-            continue
-        if os.access(base / folder, os.W_OK):
-            return base / folder
-    return Path(tempfile.mkdtemp(prefix="softbrake-"))
+    folder = _cache_base() / "softbrake" / hash_sources(PACKAGE / "kernels")
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError:
+        return Path(tempfile.mkdtemp(prefix="softbrake-"))
+    return folder if os.access(folder, os.W_OK) else Path(tempfile.mkdtemp(prefix="softbrake-"))
 
 
 CACHE_FOLDER = _cache_folder()

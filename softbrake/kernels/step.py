@@ -226,6 +226,15 @@ def event_time(height, velocity, acceleration, step):
 
 
 @kernel
+def rewind(nodes, late):
+    """Move the nodes back by a time (s) at their velocities: from n+1 to an event within the step."""
+    for a in range(nodes.x.size):
+        nodes.x[a] -= late * nodes.u[a]
+        nodes.y[a] -= late * nodes.v[a]
+        nodes.z[a] -= late * nodes.w[a]
+
+
+@kernel
 def advance(model, state, sweep, history, interval, most, until):
     """Advance by steps until an event, the time until (s), most steps, or a full history. Returns its rows and the Outcome.
 
@@ -268,6 +277,8 @@ def advance(model, state, sweep, history, interval, most, until):
         now[History.TIME] += within
         now[History.VELOCITY] = velocity + within * acceleration
         if outcome != Outcome.RUNNING:
+            rewind(state.nodes, step - within)
+            now[History.PRESSURE] = pressure_at(model.pressure, now[History.TIME])
             now[History.TIME_STEP] = 0.0
             record(history, rows, now)
             return rows + 1, outcome

@@ -18,7 +18,8 @@ def stable_step(model, nodes, sweep):
 
     For the fastest wave at a node, w^2 = 4 (k1 + k2)/m with the stiffness k of its edges to the forces along them, of the
     stretched membrane, belt and shear, and to the tension across them; in a uniform unstretched sheet without Poisson coupling
-    and shear this is h/c of (3.3). Viscous forces at n-1/2 with the damping D = 4 c/m of edge dampers c shorten it: xi = D/2w.
+    and shear this is h/c of (3.3). Viscous forces at n-1/2 with the damping D = 4 c/m of edge dampers c shorten it: xi = D/2w; so
+    does the gas of (2.11), whose 2 nu^n p for small velocities damps a node by its area.
     Slack edges count with their stiffness when taut. The pressure's own stiffness, p h/E of the fabric's, is left out.
     Reads model, nodes. Writes scratch in sweep.generatrix, hoop, by_column.rate.
     """
@@ -26,6 +27,7 @@ def stable_step(model, nodes, sweep):
     stride = uint64(model.stride)
     fabric = model.fabric
     aspect = fabric.h2 / fabric.h1
+    gas_damping = 2.0 * model.pressure.damping * model.pressure.most * fabric.h1 * fabric.h2
     fastest = sweep.by_column.rate
     fastest[:] = 0.0
     update_edges(nodes, sweep.generatrix, FIRST, stride, FIRST, n2, fabric.h1)
@@ -51,6 +53,9 @@ def stable_step(model, nodes, sweep):
             square_2 = per_mass * (along_2 + across_1 + fabric.g12 * (1.0 + e2) ** 2 * aspect)
             damping_1 = per_mass * fabric.viscosity * wide_2 * aspect
             damping_2 = per_mass * (fabric.viscosity * wide_1 * fabric.h1 + belt_viscosity) / fabric.h2
+            gas = gas_damping * (1.0 + e1) * (1.0 + e2) / model.mass[i]
+            damping_1 += gas
+            damping_2 += gas
             rate_1 = damping_1 + sqrt(damping_1 * damping_1 + 4.0 * square_1)
             rate_2 = damping_2 + sqrt(damping_2 * damping_2 + 4.0 * square_2)
             fastest[j] = max(fastest[j], rate_1, rate_2)

@@ -1,0 +1,71 @@
+"""A whole run with its result file: what it keeps, and how it ends when things go wrong."""
+
+import json
+from pathlib import Path
+
+import h5py
+import numpy as np
+import pytest
+
+import softbrake
+from softbrake.case import Case, parse_case
+from softbrake.results import read_case, read_snapshots
+
+PAPER = Path(__file__).resolve().parents[1] / "configs" / "paper.yaml"
+
+
+def case(*overrides: str) -> Case:
+    return softbrake.load_case(PAPER, ["grid.generatrix=12", "grid.hoop=30", *overrides])
+
+
+def test_pictures_from_first_contact_to_impact(tmp_path: Path) -> None:
+    """The first picture has the pressure of its time, the last one is of the instant of impact, not of the step's end."""
+    file = tmp_path / "drop.vtkhdf"
+    summary = softbrake.run(case(), file)
+    assert summary.outcome == "impact"
+    with h5py.File(file) as opened:
+        assert opened["VTKHDF/FieldData/pressure"][0] == pytest.approx(15696.0)
+        assert opened["VTKHDF/CellData/pressure"][:].max() == pytest.approx(15696.0)
+    shots = read_snapshots(file)
+    assert shots.times[0] == 0.0
+    assert shots.times[-1] == pytest.approx(summary.impact_time)
+    assert np.abs(shots.xyz[-1, -1, :, 2]).max() < 1e-7  # the cover on the ground
+    assert shots.xyz[..., 2].min() > -1e-6
+
+
+def test_resolved_case_in_the_file_runs_again(tmp_path: Path) -> None:
+    file = tmp_path / "drop.vtkhdf"
+    ours = case("time.end=1 ms")
+    softbrake.run(ours, file)
+    assert parse_case(json.dumps(read_case(file)), "drop") == ours
+
+
+def test_snapshot_interval_below_the_step_takes_every_step(tmp_path: Path) -> None:
+    file = tmp_path / "drop.vtkhdf"
+    summary = softbrake.run(case("time.end=0.1 ms", "output.snapshot_interval=1e-20"), file)
+    assert len(read_snapshots(file).times) == summary.steps + 1
+
+
+@pytest.mark.parametrize(("damping", "courant"), [(0.05, 1.0), (0.5, 0.5)])
+def test_strong_damping_by_the_gas_is_stable(damping: float, courant: float) -> None:
+    """2 ν^n p S/m of (2.11) enters with the velocity at n - 1/2, so it shortens the step as viscosity does."""
+    summary = softbrake.run(case(f"pressure.damping={damping}", f"time.courant={courant}"))
+    assert summary.outcome in ("impact", "stopped")
+    assert abs(summary.energy_error) < 1e-11
+
+
+def test_fabric_too_soft_for_the_pressure_is_said_to_burst() -> None:
+    """p R = 3.9 kN/m against E' = 1.07 kN/m: the ring has no balance, exact.py's harmonic motion turns exponential."""
+    with pytest.raises(softbrake.Diverged, match="the fabric bursts") as caught:
+        softbrake.run(case("fabric.E=1 kN/m", "belts.count=0"))
+    assert caught.value.summary.outcome == "diverged"
+
+
+def test_printed_scheme_fails_by_its_checkerboard(tmp_path: Path) -> None:
+    """(3.2) as printed diverges on the paper's own grid; the file is readable up to there."""
+    file = tmp_path / "drop.vtkhdf"
+    with pytest.raises(softbrake.Diverged, match="checkerboard"):
+        softbrake.run(softbrake.load_case(PAPER, ["model.scheme=cell"]), file)
+    shots = read_snapshots(file)
+    assert np.isfinite(shots.xyz[:-1]).all()
+    assert shots.times[-1] > 0.03
