@@ -260,11 +260,11 @@ def _scene(
     cover, crate = _cover(height, diameter), _crate(height + 0.03 * diameter, 0.64 * diameter)
 
     faces, paint, widths, nearness = [], [], [], []
-    # Parts that touch are told apart by a nudge towards the eye, in diameters.
+    # Parts that touch are told apart by a nudge towards the eye or away from it, in diameters.
     for polygons, colour, width, nudge in (
         (shell, _shade(colours(level), shell), 0.4, 0.0),
-        (cover, _shade(COVER_COLOUR, cover), 0.4, 0.03),
-        (crate, _shade(CARGO_COLOUR, crate), 0.4, 0.06),
+        (cover, _shade(COVER_COLOUR, cover), 0.4, -0.02),
+        (crate, _shade(CARGO_COLOUR, crate), 0.4, 0.02),
         (belts, np.tile(_shade(INK), (len(belts), 1)), 1.6, 0.06),
     ):
         places, near = _project(polygons)
