@@ -10,6 +10,7 @@ from softbrake.state import (
     Belts,
     ByColumn,
     Cells,
+    Contact,
     Edges,
     Fabric,
     Floats,
@@ -95,6 +96,14 @@ def build_model(case: Case) -> Model:
             values=np.array(law.values, float),
             damping=law.damping,
             most=most_pressure,
+        ),
+        contact=Contact(
+            ground=0.0 if "ground" in case.contact else -inf,
+            cover=int("cover" in case.contact),
+            cover_radius=radius,
+            cargo=int("cargo" in case.contact),
+            cargo_radius=0.5 * case.cargo.diameter,
+            cargo_height=inf if case.cargo.height is None else case.cargo.height,
         ),
     )
 

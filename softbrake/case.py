@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any, Literal
 
 from softbrake.checker import Checker, Values, last_given, listed
-from softbrake.keys import ALTERNATIVES, BELTS, LAW, LISTED_BELT, PRESSURE, SECTIONS, TOP, schema, starter
+from softbrake.keys import ALTERNATIVES, BELTS, CONTACT, LAW, LISTED_BELT, PRESSURE, SECTIONS, TOP, schema, starter
 from softbrake.overrides import apply_override
 from softbrake.yamlnodes import Node, Place, YamlError, join, parse
 
@@ -72,6 +72,8 @@ class Cargo:
 
     mass: float  # kg
     velocity: float  # m/s at first contact, downwards positive
+    diameter: float  # m, of the upright cylinder that it is to the fabric
+    height: float | None  # m; None: without a top
 
 
 @dataclass(frozen=True)
@@ -128,6 +130,7 @@ class Case:
     fabric: Fabric
     belts: tuple[Belt, ...]
     cargo: Cargo
+    contact: tuple[str, ...]  # ground, cover, cargo: what stops the fabric
     pressure: Pressure
     grid: Grid
     time: Time
@@ -194,6 +197,8 @@ def case_to_dict(case: Case) -> dict[str, Any]:
     """The resolved case in SI numbers, in the sections of a case file: written as JSON, it is one that gives an equal Case."""
     sections = asdict(case)
     sections["belts"] = list(sections["belts"])
+    sections["contact"] = list(sections["contact"])
+    sections["cargo"] = {name: value for name, value in sections["cargo"].items() if value is not None}
     keys = ("law", *(key.name for key in PRESSURE[case.pressure.law]))
     pressure = {name: sections["pressure"][name] for name in keys}
     sections["pressure"] = {name: list(value) if isinstance(value, tuple) else value for name, value in pressure.items()}
@@ -203,12 +208,13 @@ def case_to_dict(case: Case) -> dict[str, Any]:
 class _CaseChecker(Checker):
     def case(self, root: Node, stem: str) -> Case | None:
         """The checked case, None if there are faults."""
-        top = self.section(root, "", TOP, others=SECTIONS)
+        top = self.section(root, "", TOP, others=("contact", *SECTIONS))
         shell = self.named(root, "shell")
         fabric = self.fabric(root, shell)
         grid = self.named(root, "grid")
         belts = self.belts(root, shell, fabric, grid)
-        cargo = self.named(root, "cargo")
+        cargo = self.cargo(root, shell)
+        contact = self.contact(root)
         pressure = self.pressure(root, shell, cargo, top)
         time = self.named(root, "time")
         model = self.named(root, "model")
@@ -221,7 +227,8 @@ class _CaseChecker(Checker):
             shell=Shell(**shell),
             fabric=Fabric(**fabric),
             belts=belts,
-            cargo=Cargo(**cargo),
+            cargo=Cargo(**{"diameter": shell["diameter"], "height": None, **cargo}),
+            contact=contact,
             pressure=pressure,
             grid=Grid(**grid),
             time=Time(**time),
@@ -251,6 +258,31 @@ class _CaseChecker(Checker):
             stiffness = fabric["areal_density"] * E22 / (1 - nu12 * nu21)
             fabric["viscosity"] = fabric.pop("damping_ratio") * shell["diameter"] * math.sqrt(stiffness)
         return fabric
+
+    def cargo(self, root: Node, shell: Values) -> Values:
+        node = self.member(root, "cargo")
+        if node is None:
+            return {}
+        cargo = self.section(node, "cargo", SECTIONS["cargo"])
+        if "diameter" in shell and cargo.get("diameter", 0.0) > shell["diameter"]:
+            place, where = last_given(node, "cargo", ["diameter"])
+            fault = f"{cargo['diameter']:g} m is wider than the cover"
+            self.fault(place, where, fault, f"a diameter up to shell.diameter, {shell['diameter']:g} m, is wanted")
+        return cargo
+
+    def contact(self, root: Node) -> tuple[str, ...]:
+        assert isinstance(root.value, dict)
+        node = root.value.get("contact")
+        if node is None:
+            return CONTACT
+        items = node.value if isinstance(node.value, list) else [node]
+        for number, item in enumerate(items):
+            if item.value not in CONTACT:
+                path = join("contact", number) if isinstance(node.value, list) else "contact"
+                self.fault(
+                    item.place, path, f"unknown part {item.value!r}", f"{', '.join(CONTACT)}, or a list of them, is wanted"
+                )
+        return tuple(part for part in CONTACT if part in [item.value for item in items])
 
     def belts(self, root: Node, shell: Values, fabric: Values, grid: Values) -> tuple[Belt, ...]:
         assert isinstance(root.value, dict)

@@ -141,7 +141,7 @@ class Drop:
 
     def energy_error(self) -> float:
         """Return the residual of the work ledger over the initial kinetic plus potential energy."""
-        works = float(self.state.now[History.WORK_PRESSURE : History.WORK_GROUND + 1].sum())
+        works = float(self.state.now[History.WORK_PRESSURE : History.WORK_CONTACT + 1].sum())
         residual = self.now(History.KINETIC_ENERGY) - float(self.state.kinetic_start[0]) - works
         return residual / initial_energy(self.case, self.model)
 
@@ -199,7 +199,7 @@ class Drop:
             peak_tension_hoop=peaks["peak_tension_hoop"].value,
             peak_tension_belt=None if belt is None else belt.value,
             peaks=peaks,
-            work=Work(*(float(part) for part in self.state.now[History.WORK_PRESSURE : History.WORK_GROUND + 1])),
+            work=Work(*(float(part) for part in self.state.now[History.WORK_PRESSURE : History.WORK_CONTACT + 1])),
             energy_error=self.energy_error(),
             steps=steps,
             time_step=self.now(History.TIME) / steps if steps else 0.0,

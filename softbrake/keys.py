@@ -111,6 +111,7 @@ PRESSURE = {
 }
 LAW = Key("law", tuple(PRESSURE), "over time; sine is (2.10)", "constant", required=True)
 
+CONTACT = ("ground", "cover", "cargo")  # what stops the fabric
 TOP = (
     Key("title", str, "heads the results", "My drop", computed="name of the file"),
     Key("gravity", Dimension.ACCELERATION, "downwards", "9.80665 m/s^2", default=9.80665, least=0),
@@ -143,6 +144,8 @@ SECTIONS: dict[str, tuple[Key, ...]] = {
     "cargo": (
         Key("mass", Dimension.MASS, "of the falling body", "100 kg", required=True, above=0),
         Key("velocity", Dimension.SPEED, "downwards, at first contact", "6 m/s", required=True, above=0),
+        Key("diameter", Dimension.LENGTH, "of the body on the cover", "0.4 m", computed="shell.diameter", above=0),
+        Key("height", Dimension.LENGTH, "of the body on the cover", "0.5 m", computed="no top", above=0),
     ),
     "pressure": (LAW, *{key.meaning: key for keys in PRESSURE.values() for key in keys}.values()),
     "grid": (
@@ -164,6 +167,7 @@ ALTERNATIVES: dict[str, Alternatives] = {
     "fabric": ((("E",), ("E11", "E22")), (("damping_ratio",), ("viscosity",))),
     "belts": ((("layers",), ("stiffness", "line_density")),),
 }
+_CONTACT = "what stops the fabric; default all"
 
 
 def needed(section: str) -> list[Key]:
@@ -183,6 +187,8 @@ def schema() -> dict[str, Any]:
     stack |= {"required": ["count"], "if": {"properties": {"count": {"const": 0}}}, "else": choices}
     listed = {"type": "array", "items": _section_schema(LISTED_BELT, ALTERNATIVES["belts"])}
     properties["belts"] = {"description": "ring belts; none when left out", "oneOf": [stack, listed]}
+    parts = {"enum": list(CONTACT)}
+    properties["contact"] = {"description": _CONTACT, "oneOf": [parts, {"type": "array", "items": parts, "uniqueItems": True}]}
     properties["pressure"] = {"oneOf": [_pressure_schema(law) for law in PRESSURE]}
     return {
         "$schema": "https://json-schema.org/draft/2020-12/schema",
@@ -254,6 +260,7 @@ def starter() -> str:
         "# The schema for your editor: softbrake schema > case.schema.json. A bare number is in the unit in brackets.",
     ]
     lines += [_starter_line(key, "", key.name in ("title", "gravity")) for key in TOP]
+    lines.append(f"contact: [{', '.join(CONTACT)}]".ljust(34) + f"# {_CONTACT}")
     for name, keys in SECTIONS.items():
         live = needed(name)
         lines.append(f"{name}:")

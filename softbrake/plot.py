@@ -229,7 +229,7 @@ def _draw_energy(axes: Axes, history: NDArray[Any]) -> None:
         ("work of gas", ORANGE, ("pressure",)),
         ("work of gravity", GREEN, ("gravity",)),
         ("work of fabric, belts", BLUE, ("elastic", "viscous", "belts")),
-        ("work of ground", GREY, ("ground",)),
+        ("work of contact", GREY, ("ground", "contact")),
     ):
         axes.plot(time, sum(history[f"work_{name}"] for name in names) * 1e-3, color=colour, label=label)
     axes.set(title="Energy", ylabel="kJ")

@@ -39,6 +39,8 @@ class History(IntEnum):
     WORK_BELTS = 15  # J, done by the belts' elastic tensions
     WORK_GRAVITY = 16  # J
     WORK_GROUND = 17  # J, lost where fabric is stopped by the ground
+    WORK_CONTACT = 18  # J, of contact on fabric and cargo
+    CONTACT_FORCE = 19  # N, of the fabric on cover and cargo, up positive; part of the cover force
 
 
 UNITS = {
@@ -60,6 +62,8 @@ UNITS = {
     History.WORK_BELTS: "J",
     History.WORK_GRAVITY: "J",
     History.WORK_GROUND: "J",
+    History.WORK_CONTACT: "J",
+    History.CONTACT_FORCE: "N",
 }
 
 
@@ -134,6 +138,17 @@ class Pressure(NamedTuple):
     most: float  # Pa, largest p~ of the law
 
 
+class Contact(NamedTuple):
+    """What stops the fabric."""
+
+    ground: float  # m, of the ground: 0, or -inf without contact
+    cover: int  # 1: the disc under the cargo, from both sides
+    cover_radius: float  # m
+    cargo: int  # 1: the cylinder on the cover
+    cargo_radius: float  # m
+    cargo_height: float  # m
+
+
 class Model(NamedTuple):
     """All that stays constant in a run."""
 
@@ -151,6 +166,17 @@ class Model(NamedTuple):
     fabric: Fabric
     belts: Belts
     pressure: Pressure
+    contact: Contact
+
+
+class Step(NamedTuple):
+    """The step from n to n+1, as all rows of nodes see it."""
+
+    dt: float  # s, from n-1/2 to n+1/2
+    length: float  # s, from n to n+1
+    gravity: float  # m/s^2
+    cover: float  # m, height of the cover at n
+    next_cover: float  # m, at n+1, as foreseen
 
 
 class Nodes(NamedTuple):
@@ -173,6 +199,7 @@ class Work(NamedTuple):
     belts: Floats
     gravity: Floats
     ground: Floats
+    contact: Floats  # with cover and cargo
 
 
 class State(NamedTuple):
@@ -231,7 +258,9 @@ class ByColumn(NamedTuple):
     """Sums of the step, and the largest rate, by column; each (n2,)."""
 
     kinetic: Floats  # J
-    impulse: Floats  # N s, of the ground on the fabric
+    lift: Floats  # N s, of the ground on the fabric of the row under way
+    impulse: Floats  # N s, of the ground on the fabric of all rows so far
+    on_cargo: Floats  # N s, of the fabric on cover and cargo, upwards
     rate: Floats  # 1/s, fastest, for the choice of the step
 
 

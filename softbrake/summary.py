@@ -36,6 +36,7 @@ class Work:
     belts: float
     gravity: float
     ground: float
+    contact: float  # with cover and cargo
 
 
 @dataclass(frozen=True)

@@ -21,7 +21,8 @@ def case(generatrix: int = 36, hoop: int = 90, belts: int = 3) -> Case:
         shell=Shell(0.5, 0.6),
         fabric=Fabric(20e3, 20e3, 0.25, 0.25, 0.0, 0.05, 0.2, "true_tension", "cut"),
         belts=tuple(Belt(0.6 * (k + 1) / (belts + 1), 1667.0, 0.004, 0.0167) for k in range(belts)),
-        cargo=Cargo(100.0, SPEED),
+        cargo=Cargo(100.0, SPEED, 0.5, None),
+        contact=("ground",),
         pressure=Pressure("constant", PRESSURE, 0.0, 0.0, (), (), 0.0),
         grid=Grid(generatrix, hoop),
         time=Time(0.5, 0.3),
@@ -76,7 +77,7 @@ def history(times: Floats) -> Floats:
     rows[:, History.WORK_GRAVITY] = 981.0 * fallen
     rows[:, History.WORK_ELASTIC] = -481.0 * fallen
     rows[:, History.WORK_VISCOUS : History.WORK_BELTS + 1] = 0.0
-    rows[:, History.WORK_GROUND] = 0.0
+    rows[:, History.WORK_GROUND] = rows[:, History.WORK_CONTACT] = rows[:, History.CONTACT_FORCE] = 0.0
     return rows
 
 
@@ -96,7 +97,7 @@ def summary() -> Summary:
         peak_tension_hoop=8e3,
         peak_tension_belt=None,
         peaks={"peak_tension_hoop": Peak(8e3, END, 0.3), "peak_deceleration": Peak(DECELERATION, 0.0)},
-        work=Work(-1140.0, -219.0, 0.0, 0.0, 447.0, 0.0),
+        work=Work(-1140.0, -219.0, 0.0, 0.0, 447.0, 0.0, 0.0),
         energy_error=1e-14,
         steps=1200,
         time_step=1e-4,

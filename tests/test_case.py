@@ -571,7 +571,7 @@ def test_starter_shows_every_key_with_a_comment() -> None:
         assert comment or not indent
         section = section if indent else name
         shown.add((section, name) if indent else ("", name) if comment else ("", ""))
-    known = {(name, key.name) for name, keys in {"": TOP, **SECTIONS}.items() for key in keys}
+    known = {(name, key.name) for name, keys in {"": TOP, **SECTIONS}.items() for key in keys} | {("", "contact")}
     assert shown - {("", "")} == known
 
 
@@ -616,3 +616,22 @@ def test_schema_beside_the_shipped_cases() -> None:
 def test_reading_a_case_loads_no_arrays() -> None:
     code = "import sys, softbrake.case; sys.exit(bool({'numpy', 'numba', 'h5py', 'rich'} & set(sys.modules)))"
     assert subprocess.run([sys.executable, "-c", code], cwd=Path(__file__).parent.parent, check=False).returncode == 0
+
+
+def test_contact_is_all_of_it_or_what_is_named() -> None:
+    assert parse_case(GOOD, "case.yaml").contact == ("ground", "cover", "cargo")
+    assert parse_case(GOOD + "contact: ground\n", "case.yaml").contact == ("ground",)
+    assert parse_case(GOOD + "contact: [cargo, ground]\n", "case.yaml").contact == ("ground", "cargo")
+    assert parse_case(GOOD + "contact: []\n", "case.yaml").contact == ()
+    with pytest.raises(CaseError, match=r"contact\.1: unknown part 'clouds'; ground, cover, cargo, or a list of them, is wanted"):
+        parse_case(GOOD + "contact: [ground, clouds]\n", "case.yaml")
+
+
+def test_cargo_is_as_wide_as_the_cover_or_narrower() -> None:
+    wide = parse_case(GOOD, "case.yaml")
+    assert (wide.cargo.diameter, wide.cargo.height) == (wide.shell.diameter, None)
+    narrow = parse_case(GOOD, "case.yaml", ["cargo.diameter=0.3 m", "cargo.height=0.4 m"])
+    assert (narrow.cargo.diameter, narrow.cargo.height) == (0.3, 0.4)
+    assert parse_case(json.dumps(case_to_dict(narrow)), "case.yaml") == narrow
+    with pytest.raises(CaseError, match=r"cargo\.diameter: 0\.6 m is wider than the cover"):
+        parse_case(GOOD, "case.yaml", ["cargo.diameter=0.6 m"])

@@ -17,7 +17,7 @@ from softbrake.state import PAD, History, Outcome, Rows
 
 CONFIGS = Path(__file__).resolve().parents[1] / "configs"
 COARSE = ("grid.generatrix=12", "grid.hoop=30")
-LAST = History.WORK_GROUND
+LAST = History.WORK_CONTACT
 
 
 def drop(*overrides: str, config: str = "no-belts") -> Drop:
@@ -90,12 +90,13 @@ def test_ledger_closes_to_round_off(name: str) -> None:
 def test_dissipation_only_takes(config: str) -> None:
     """Viscous work and that of the ground fall from step to step.
 
-    The viscous tension at n comes from the rate at n-1/2, hence might give a little back when the rate turns within a step.
+    The viscous tension at n comes from the rate at n-1/2, hence gives a little back where the rate turns within a step, as at a
+    blow on the cargo.
     """
     rows, _ = finish(drop(config=config))
     for column in (History.WORK_VISCOUS, History.WORK_GROUND):
         work = rows[:, column]
-        assert np.diff(work).max() < 1e-9 * rows[0, History.KINETIC_ENERGY]
+        assert np.diff(work).max() < 1e-6 * rows[0, History.KINETIC_ENERGY]
         assert work[-1] < -0.01
 
 
@@ -242,10 +243,13 @@ def test_area_vectors_are_the_gradient_of_the_volume() -> None:
             assert areas[(*node, k)] == pytest.approx(slope, abs=1e-12)
 
 
-@pytest.mark.parametrize(("scheme", "end"), [("edge", "90 ms"), ("cell", "20 ms")])
-def test_momentum_changes_by_gravity_and_ground_only(scheme: str, end: str) -> None:
+@pytest.mark.parametrize(
+    ("scheme", "end", "contact"),
+    [("edge", "90 ms", "ground"), ("cell", "20 ms", "ground"), ("edge", "90 ms", "[ground, cover, cargo]")],
+)
+def test_momentum_changes_by_gravity_and_ground_only(scheme: str, end: str, contact: str) -> None:
     """Fabric and cargo: Σ dt (ground force - weight), with dt from n-1/2 to n+1/2, to round-off."""
-    falling = drop(*COARSE, f"model.scheme={scheme}", "fabric.G12=400", f"time.end={end}", config="paper")
+    falling = drop(*COARSE, f"model.scheme={scheme}", "fabric.G12=400", f"time.end={end}", f"contact={contact}", config="paper")
     perturb(falling, 1e-3)
     model = falling.model
 

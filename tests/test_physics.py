@@ -419,8 +419,9 @@ def test_printed_scheme_agrees_with_the_edge_scheme_while_it_lasts() -> None:
 AT_20_MS = {
     "belts-list": 5.667930800426818,
     "free-fall": 6.196133000000000,
-    "no-belts": 5.651794827060790,
+    "no-belts": 5.65091748049361,
     "paper": 5.689322001332364,
+    "paper-contact": 5.689322001332364,
     "paper-narrow-belts": 5.6166464269705765,
     "sine": 5.991967254914548,
 }
@@ -436,10 +437,13 @@ def test_configs_give_the_stored_velocities(config: str) -> None:
 
 @pytest.mark.parametrize("config", sorted(path.stem for path in CONFIGS.glob("*.yaml")))
 def test_configs_reach_the_ground(config: str) -> None:
-    """Slower than by free fall; and the paper's case at 4.14 m/s, within what rounding may do to a crumpled shell."""
+    """Slower than by free fall, or not at all; the paper's case at 4.14 m/s, within what rounding may do to a crumpled shell.
+
+    Full-stop pressure stops the cargo where the shell cannot pass through it.
+    """
     falling = drop(config=config)
     _, outcome = finish(falling)
-    assert outcome == Outcome.IMPACT
+    assert outcome == (Outcome.STOPPED if config == "sine" else Outcome.IMPACT)
     velocity = -falling.now(History.VELOCITY)
     assert velocity < free_fall(0.6, 6.0, 9.80665)[0] * (1 + 1e-12)
     if config == "paper":

@@ -10,6 +10,7 @@ import synthetic_drop as drop
 
 from softbrake.plot import PlotError, draw_drop, drop_figure, plot_result, result_figure
 from softbrake.results import ResultError, ResultFile, read_history
+from softbrake.state import History
 
 pytest.importorskip("matplotlib")
 
@@ -111,7 +112,7 @@ def test_a_diverged_run_still_has_a_picture(tmp_path: Path) -> None:
         drop.add_snapshot(result, case, 0.0)
         xyz, fields = drop.shape(case, 0.01)
         result.add_snapshot(0.01, xyz * np.nan, fields, height=np.nan, velocity=np.nan, pressure=1.0)
-        result.add_history(np.vstack((drop.history(np.array([0.0])), np.full((1, 18), np.nan))))
+        result.add_history(np.vstack((drop.history(np.array([0.0])), np.full((1, len(History)), np.nan))))
     plot_result(path, tmp_path / "plot.png")
     draw_drop(path, tmp_path / "drop.png")
 

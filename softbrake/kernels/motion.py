@@ -10,17 +10,18 @@ FIRST = uint64(PAD)
 
 
 @kernel
-def push_row(nodes, force, area, pressure, mean, work, by_column, mass, gravity, dt, step, node, row, columns):
+def push_row(nodes, force, area, pressure, mean, work, by_column, contact, step, mass, node, row, columns):
     """Push a row of free nodes from n to n+1, the ground stopping them. Eqs. (3.2), (3.4).
 
-    V^{n+1/2} = V^{n-1/2} + dt (force + pressure area)/mass - dt g;  x^{n+1} = x^n + step V^{n+1/2}; where z^{n+1} would be
-    negative the ground's impulse leaves z^{n+1} = 0.
-    Reads force (N), area (m^2), pressure (Pa) of the row; mass (kg) of a node; dt (s): from n-1/2 to n+1/2; step (s): from n
-    to n+1. Writes nodes at offset node with the copies at both ends of the row; mean at offset row; by_column; work.
+    V^{n+1/2} = V^{n-1/2} + dt (force + pressure area)/mass - dt g;  x^{n+1} = x^n + length V^{n+1/2}; where z^{n+1} would be
+    below the ground its impulse leaves z^{n+1} = ground.
+    Reads force (N), area (m^2), pressure (Pa) of the row; step: a Step; mass (kg) of a node.
+    Writes nodes at offset node with the copies at both ends of the row; mean at offset row; by_column; work.
     """
+    dt, length, ground = step.dt, step.length, contact.ground
     per_mass = dt / mass
-    weight = dt * gravity
-    per_step = 1.0 / step
+    weight = dt * step.gravity
+    per_length = 1.0 / length
     for j in range(uint64(columns)):
         a = node + j
         b = FIRST + j
@@ -28,13 +29,14 @@ def push_row(nodes, force, area, pressure, mean, work, by_column, mass, gravity,
         u = nodes.u[a] + per_mass * (force.x[b] + pressure[j] * area.x[b])
         v = nodes.v[a] + per_mass * (force.y[b] + pressure[j] * area.y[b])
         free = nodes.w[a] + per_mass * (force.z[b] + pressure[j] * area.z[b]) - weight
-        w = max(free, -nodes.z[a] * per_step)
+        w = max(free, (ground - nodes.z[a]) * per_length)
         mean_u = 0.5 * (nodes.u[a] + u)
         mean_v = 0.5 * (nodes.v[a] + v)
         mean_w = 0.5 * (nodes.w[a] + w)
         work.pressure[j] += dt * pressure[j] * (area.x[b] * mean_u + area.y[b] * mean_v + area.z[b] * mean_w)
         work.gravity[j] -= weight * mass * mean_w
         work.ground[j] += mass * (w - free) * mean_w
+        by_column.lift[j] = mass * (w - free)
         by_column.impulse[j] += mass * (w - free)
         by_column.kinetic[j] += 0.5 * mass * (u * u + v * v + w * w)
         mean.x[c] = mean_u
@@ -43,9 +45,15 @@ def push_row(nodes, force, area, pressure, mean, work, by_column, mass, gravity,
         nodes.u[a] = u
         nodes.v[a] = v
         nodes.w[a] = w
-        nodes.x[a] += step * u
-        nodes.y[a] += step * v
-        nodes.z[a] = max(nodes.z[a] + step * w, 0.0)
+        nodes.x[a] += length * u
+        nodes.y[a] += length * v
+        nodes.z[a] = max(nodes.z[a] + length * w, ground)
+    close_rows(nodes, mean, node, row, columns)
+
+
+@kernel
+def close_rows(nodes, mean, node, row, columns):
+    """Close a row of nodes and of their mean velocities."""
     close_row(nodes.x, node, columns)
     close_row(nodes.y, node, columns)
     close_row(nodes.z, node, columns)
@@ -85,17 +93,17 @@ def vertical_forces(force, area, pressure, columns):
 
 
 @kernel
-def push_cargo(now, nodes, mean, mass, gravity, dt, step, node, row, columns):
+def push_cargo(now, nodes, mean, step, mass, node, row, columns):
     """Push cargo, upper cover and the row of fabric on it from n to n+1. Eqs. (2.4), (3.4). Returns the new height (m).
 
-    Reads now: cover force (N), height (m); mass (kg) of all that moves; dt, step (s) as push_row.
+    Reads now: cover force (N), height (m); step: a Step; mass (kg) of all that moves.
     Writes now: velocity, acceleration; nodes at offset node; mean at offset row.
     """
-    now[History.ACCELERATION] = now[History.COVER_FORCE] / mass - gravity
+    now[History.ACCELERATION] = now[History.COVER_FORCE] / mass - step.gravity
     old = nodes.w[node]
-    new = old + dt * now[History.ACCELERATION]
-    now[History.VELOCITY] = new - 0.5 * step * now[History.ACCELERATION]
-    height = now[History.HEIGHT] + step * new
+    new = old + step.dt * now[History.ACCELERATION]
+    now[History.VELOCITY] = new - 0.5 * step.length * now[History.ACCELERATION]
+    height = now[History.HEIGHT] + step.length * new
     hold_row(mean, row, columns, 0.5 * (old + new))
     for j in range(uint64(columns + 2)):
         nodes.z[node - ONE + j] = height

@@ -4,6 +4,7 @@ from math import sqrt
 
 from numba import uint64
 
+from softbrake.kernels.contact import press_row
 from softbrake.kernels.fabric import (
     add_cell_forces,
     add_generatrix_forces,
@@ -21,7 +22,7 @@ from softbrake.kernels.ledger import add_cargo_work, add_cell_work, add_edge_wor
 from softbrake.kernels.motion import hold_row, push_cargo, push_row, vertical_forces
 from softbrake.kernels.pressure import pressure_at, update_damped_pressure
 from softbrake.kernels.timestep import stable_step
-from softbrake.state import PAD, History, Outcome, Peak, Scheme
+from softbrake.state import PAD, History, Outcome, Peak, Scheme, Step
 
 ONE = uint64(1)
 FIRST = uint64(PAD)
@@ -51,7 +52,12 @@ def sweep_rows(model, state, sweep, dt, step):
     pressure = pressure_at(model.pressure, now[History.TIME])  # (2.10)
     now[History.PRESSURE] = pressure
     gas_on_cover = pressure * model.cover_area
-    gravity = model.gravity
+    gravity, contact = model.gravity, model.contact
+    # The cover moves last, by what presses on it; until then its next place is foreseen by its last acceleration.
+    cover = now[History.HEIGHT]
+    foreseen = cover + step * (nodes.w[uint64(n1) * stride + FIRST] + dt * now[History.ACCELERATION])
+    touching = (contact.cover == 1 or contact.cargo == 1) and foreseen > 0.0  # else it is on the ground before that
+    course = Step(dt, step, gravity, cover, foreseen)
     on_nodes[:] = pressure
     height = 0.0
     clear_row(force_above)
@@ -101,13 +107,18 @@ def sweep_rows(model, state, sweep, dt, step):
             now[History.GROUND_FORCE] = gas_on_cover - gas - tension + n2 * mass[i] * gravity
             hold_row(mean, row, n2, 0.0)
         elif i < n1:
-            push_row(nodes, force, area, on_nodes, mean, work, by_column, mass[i], gravity, dt, step, node, row, n2)  # (3.2)
+            push_row(nodes, force, area, on_nodes, mean, work, by_column, contact, course, mass[i], node, row, n2)  # (3.2)
+            if touching:
+                press_row(nodes, area, on_nodes, mean, work, by_column, contact, course, mass[i], node, row, n2)
         else:
             tension, gas = vertical_forces(force, area, on_nodes, n2)
-            now[History.COVER_FORCE] = gas_on_cover + gas + tension
+            impulse = total(by_column.on_cargo)
+            now[History.CONTACT_FORCE] = impulse / dt
+            now[History.COVER_FORCE] = gas_on_cover + gas + tension + impulse / dt
             moving = model.cargo_mass + n2 * mass[i]
-            height = push_cargo(now, nodes, mean, moving, gravity, dt, step, node, row, n2)  # (2.4)
+            height = push_cargo(now, nodes, mean, course, moving, node, row, n2)  # (2.4)
             add_cargo_work(work, by_column, gas_on_cover + gas, gravity * moving, moving, mean.z[row], nodes.w[node], dt)
+            work.contact[0] += impulse * mean.z[row]
 
         if i > 0 and edge_scheme:
             add_edge_work(g, mean, elastic, viscous, below, below, row, dt, n2)
@@ -151,6 +162,7 @@ def clear_sums(top_1, top_2, top_belt, by_column):
     top_belt.tension[:] = 0.0
     by_column.kinetic[:] = 0.0
     by_column.impulse[:] = 0.0
+    by_column.on_cargo[:] = 0.0
 
 
 @kernel
@@ -202,6 +214,7 @@ def book_energies(now, work, by_column):
     now[History.WORK_BELTS] = total(work.belts)
     now[History.WORK_GRAVITY] = total(work.gravity)
     now[History.WORK_GROUND] = total(work.ground)
+    now[History.WORK_CONTACT] = total(work.contact)
 
 
 @kernel

@@ -1,0 +1,89 @@
+"""Contact of the fabric with cover and cargo, node by node: unilateral, without friction or rebound."""
+
+from math import sqrt
+
+from numba import uint64
+
+from softbrake.kernels.jit import kernel
+from softbrake.kernels.motion import close_rows
+from softbrake.state import PAD
+
+FIRST = uint64(PAD)
+GAP = 1e-8  # m, kept from the cover, so that the side on which cloth lies shows
+
+
+@kernel
+def allowed_place(contact, x, y, z, new_x, new_y, new_z):
+    """Return the place nearest to a node's new one that cover and cargo leave it, heights counted from the cover.
+
+    The cover is a disc, met from both sides; the cargo a cylinder standing on it, met at its side and top. Which face a node
+    meets is the one it crosses on its way from its old place, so what was outside stays outside.
+
+                    │ cargo │           side: moved out along the radius
+             z = 0 ─┴───────┴─ cover    cover: held GAP above or below
+    """
+    side = 1.0 if z > 0.0 else -1.0
+    if contact.cargo and x * x + y * y < (contact.cargo_radius - GAP) ** 2 and z < 0.5 * contact.cargo_height:
+        side = -1.0  # the cover moved a little otherwise than foreseen: nothing above it is here
+    if contact.cover and side * new_z < GAP:
+        share = (z - side * GAP) / (z - new_z) if side * z > GAP else 0.0
+        across_x = x + share * (new_x - x)
+        across_y = y + share * (new_y - y)
+        if across_x * across_x + across_y * across_y < contact.cover_radius**2:
+            new_z = side * GAP
+    if contact.cargo and 0.0 < new_z < contact.cargo_height:
+        radius = sqrt(new_x * new_x + new_y * new_y)
+        if radius < contact.cargo_radius:
+            if z >= contact.cargo_height:
+                new_z = contact.cargo_height
+            else:
+                outwards = contact.cargo_radius / max(radius, GAP)
+                new_x *= outwards
+                new_y *= outwards
+    return new_x, new_y, new_z
+
+
+@kernel
+def press_row(nodes, area, pressure, mean, work, by_column, contact, step, mass, node, row, columns):
+    """Hold a row of pushed nodes off cover and cargo, and mend velocities, means and works for the impulses that this takes.
+
+    Reads area, pressure, step, mass as push_row. Writes nodes at offset node, mean at offset row; by_column.on_cargo (N s, of
+    the nodes on cover and cargo, upwards), kinetic; work.
+    """
+    near = 0
+    for j in range(uint64(columns)):
+        near |= int(nodes.z[node + j] > step.next_cover - GAP)
+    if near == 0:
+        return
+    length = step.length
+    for j in range(uint64(columns)):
+        a = node + j
+        b = FIRST + j
+        c = row + j
+        u, v, w = nodes.u[a], nodes.v[a], nodes.w[a]
+        x, y, z = nodes.x[a], nodes.y[a], nodes.z[a] - step.next_cover
+        old_z = nodes.z[a] - length * w - step.cover
+        new_x, new_y, new_z = allowed_place(contact, x - length * u, y - length * v, old_z, x, y, z)
+        change_u = (new_x - x) / length
+        change_v = (new_y - y) / length
+        change_w = (new_z - z) / length
+        if change_u == 0.0 and change_v == 0.0 and change_w == 0.0:
+            continue
+        nodes.x[a] = new_x
+        nodes.y[a] = new_y
+        nodes.z[a] = new_z + step.next_cover
+        nodes.u[a] = u + change_u
+        nodes.v[a] = v + change_v
+        nodes.w[a] = w + change_w
+        mean.x[c] += 0.5 * change_u
+        mean.y[c] += 0.5 * change_v
+        mean.z[c] += 0.5 * change_w
+        work.pressure[j] += 0.5 * step.dt * pressure[j] * (area.x[b] * change_u + area.y[b] * change_v + area.z[b] * change_w)
+        work.gravity[j] -= 0.5 * step.dt * step.gravity * mass * change_w
+        work.ground[j] += 0.5 * by_column.lift[j] * change_w
+        work.contact[j] += mass * (change_u * mean.x[c] + change_v * mean.y[c] + change_w * mean.z[c])
+        by_column.kinetic[j] += mass * (
+            change_u * (u + 0.5 * change_u) + change_v * (v + 0.5 * change_v) + change_w * (w + 0.5 * change_w)
+        )
+        by_column.on_cargo[j] -= mass * change_w
+    close_rows(nodes, mean, node, row, columns)

@@ -1,0 +1,134 @@
+"""Contact of the fabric with cover and cargo: nothing passes, nothing sticks, momentum and energy stay closed."""
+
+from math import hypot, inf
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import softbrake
+from softbrake.build import grid_view
+from softbrake.drop import Drop
+from softbrake.kernels.contact import GAP, allowed_place
+from softbrake.state import Contact, Floats, History, Outcome
+
+pytestmark = pytest.mark.kernels
+
+PAPER = Path(__file__).resolve().parents[1] / "configs" / "paper.yaml"
+WIDE = Contact(ground=0.0, cover=1, cover_radius=1.0, cargo=1, cargo_radius=1.0, cargo_height=inf)
+NARROW = WIDE._replace(cargo_radius=0.5, cargo_height=0.8)
+
+
+def touching(*overrides: str) -> Drop:
+    return Drop(softbrake.load_case(PAPER, ["contact=[ground, cover, cargo]", *overrides]))
+
+
+@pytest.mark.parametrize(
+    ("contact", "old", "new", "allowed"),
+    [
+        (WIDE, (0.5, 0.0, -0.2), (0.5, 0.1, 0.1), (0.5, 0.1, -GAP)),  # from below against the cover
+        (WIDE, (1.2, 0.0, 0.5), (0.6, 0.8, 0.4), (0.6, 0.8, 0.4)),  # along the cargo's side, radius 1
+        (WIDE, (1.2, 0.0, 0.5), (0.3, 0.4, 0.4), (0.6, 0.8, 0.4)),  # against the cargo's side
+        (WIDE, (1.1, 0.0, -0.1), (0.95, 0.0, 0.2), (1.0, 0.0, 0.2)),  # past the rim, the plane of the cover crossed outside
+        (WIDE, (0.98, 0.0, -0.1), (1.1, 0.0, 0.9), (1.1, 0.0, -GAP)),  # past the rim, that plane crossed inside
+        (WIDE, (1.5, 0.0, 0.1), (1.4, 0.0, -0.1), (1.4, 0.0, -0.1)),  # outside both
+        (WIDE._replace(cover=0, cargo=0), (0.5, 0.0, -0.2), (0.5, 0.1, 0.1), (0.5, 0.1, 0.1)),  # no contact asked for
+        (NARROW, (0.7, 0.0, 0.2), (0.7, 0.0, -0.1), (0.7, 0.0, GAP)),  # from above on the free part of the cover
+        (NARROW, (0.7, 0.0, 0.2), (0.3, 0.0, 0.1), (0.5, 0.0, 0.1)),  # there against the cargo
+        (NARROW, (0.2, 0.0, 0.9), (0.2, 0.0, 0.7), (0.2, 0.0, 0.8)),  # on the cargo's top
+    ],
+)
+def test_face_that_a_node_meets(contact: Contact, old: Floats, new: Floats, allowed: Floats) -> None:
+    assert allowed_place(contact, *old, *new) == pytest.approx(allowed, rel=1e-12, abs=1e-12)
+
+
+@pytest.mark.parametrize("contact", [WIDE, NARROW])
+def test_random_walk_never_passes(contact: Contact) -> None:
+    """Each straight way from old to allowed place misses the disc, and no place is inside the cargo."""
+    random = np.random.default_rng(7)
+    place = np.array([0.3, 0.2, -0.4])
+    met = 0
+    for _ in range(20_000):
+        wish = place + 0.3 * random.standard_normal(3)
+        wish *= min(1.0, 2.0 / np.abs(wish).max())
+        allowed = np.array(allowed_place(contact, *place, *wish))
+        met += not np.array_equal(wish, allowed)
+        if place[2] * allowed[2] < 0.0:
+            share = place[2] / (place[2] - allowed[2])
+            assert hypot(*(place + share * (allowed - place))[:2]) >= contact.cover_radius - 1e-7
+        inside = hypot(*allowed[:2]) < contact.cargo_radius - 1e-12 and 1e-12 < allowed[2] < contact.cargo_height - 1e-12
+        assert not inside
+        place = allowed
+    assert met > 300
+
+
+def test_wall_thrown_at_the_cover() -> None:
+    """Slack cloth below the cover flies up at 20 m/s: none of it passes, energy is lost, the cargo takes the momentum."""
+    drop = touching(
+        "pressure.value=0",
+        "belts.count=0",
+        "gravity=0",
+        "cargo.velocity=0.1 m/s",
+        "fabric.E=1 kN/m",
+        "grid={generatrix: 12, hoop: 16}",
+    )
+    model, nodes, now = drop.model, drop.state.nodes, drop.state.now
+    for name, factor in (("x", 0.9), ("y", 0.9)):
+        grid_view(getattr(nodes, name), model)[6:-1] *= factor
+    grid_view(nodes.w, model)[1:-1] = 20.0
+    for values in nodes:  # the copied columns
+        rows = values.reshape(model.n1 + 1, model.stride)
+        rows[:, 7], rows[:, 8 + model.n2] = rows[:, 7 + model.n2], rows[:, 8]
+    mass = model.mass[1:-1].sum() * model.n2
+    now[History.KINETIC_ENERGY] = drop.state.kinetic_start[0] = now[History.KINETIC_ENERGY] + 0.5 * mass * (20.0**2 - 0.1**2)
+    energy = now[History.KINETIC_ENERGY]
+    hit = False
+    while drop.now(History.TIME) < 0.005:
+        _, outcome = drop.advance(most=1)
+        assert outcome == Outcome.RUNNING
+        below = grid_view(nodes.z, model)[:-1] - drop.now(History.HEIGHT)
+        radius = np.hypot(grid_view(nodes.x, model), grid_view(nodes.y, model))[:-1]
+        assert (below[radius < model.contact.cover_radius - 1e-6] < 0.0).all()
+        hit = hit or drop.now(History.CONTACT_FORCE) > 0.0
+        assert drop.now(History.KINETIC_ENERGY) < energy * (1 + 1e-12)
+    assert hit
+    assert drop.now(History.WORK_CONTACT) < -0.02 * energy
+    assert abs(drop.energy_error()) < 1e-12
+
+
+def test_nothing_in_the_cargo_in_a_whole_drop() -> None:
+    drop = touching("grid={generatrix: 18, hoop: 45}")
+    model, nodes = drop.model, drop.state.nodes
+    outcome = Outcome.RUNNING
+    pressed = 0
+    while outcome == Outcome.RUNNING:
+        _, outcome = drop.advance(most=10)
+        if outcome != Outcome.RUNNING:  # moved back to the instant of impact, along chords
+            break
+        above = grid_view(nodes.z, model)[:-1] - drop.now(History.HEIGHT)
+        radius = np.hypot(grid_view(nodes.x, model), grid_view(nodes.y, model))[:-1]
+        assert (radius[above > 1e-4] > model.contact.cargo_radius * (1 - 1e-9)).all()
+        pressed = max(pressed, int(np.sum(np.isclose(radius, model.contact.cargo_radius, rtol=1e-9) & (above > 1e-4))))
+    assert outcome == Outcome.IMPACT
+    assert pressed > 100
+    assert abs(drop.energy_error()) < 1e-12
+    assert drop.now(History.WORK_CONTACT) < 0.0
+
+
+def test_ring_pressed_on_the_side_of_the_cargo_carries_nothing_up() -> None:
+    """The side is vertical and smooth: cloth on it slides, and the cargo feels no force from it."""
+    _, _, z = allowed_place(WIDE, 1.1, 0.0, 0.3, 0.9, 0.0, 0.25)
+    assert z == 0.25
+
+
+def test_impact_velocity_converges_with_the_grid() -> None:
+    """Without belts the folding is regular: differences fall with the square of the cell, to less than 0.2 %."""
+    found = []
+    for cells in (18, 36, 72):
+        overrides = ["contact=[ground, cover, cargo]", "belts.count=0", "pressure.damping=0.0005 s/m", "grid.hoop=24"]
+        summary = softbrake.run(softbrake.load_case(PAPER, [*overrides, f"grid.generatrix={cells}"]))
+        assert summary.impact_velocity is not None
+        found.append(summary.impact_velocity)
+    first, second = found[1] - found[0], found[2] - found[1]
+    assert 0.0 < second < first / 3.0  # 4 for the second order
+    assert second < 0.002 * found[2]
