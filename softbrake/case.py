@@ -276,13 +276,18 @@ class _CaseChecker(Checker):
         if node is None:
             return CONTACT
         items = node.value if isinstance(node.value, list) else [node]
+        wanted = f"{', '.join(CONTACT)}, or a list of them, is wanted"
+        named: list[Any] = []
         for number, item in enumerate(items):
-            if item.value not in CONTACT:
-                path = join("contact", number) if isinstance(node.value, list) else "contact"
-                self.fault(
-                    item.place, path, f"unknown part {item.value!r}", f"{', '.join(CONTACT)}, or a list of them, is wanted"
-                )
-        return tuple(part for part in CONTACT if part in [item.value for item in items])
+            path = join("contact", number) if isinstance(node.value, list) else "contact"
+            if not isinstance(item.value, str):
+                self.fault(item.place, path, "no value" if item.value is None else "not a word", wanted)
+            elif item.value not in CONTACT:
+                self.fault(item.place, path, f"unknown part '{item.value}'", wanted)
+            elif item.value in named:
+                self.fault(item.place, path, f"'{item.value}' is named twice", "once is wanted")
+            named.append(item.value)
+        return tuple(part for part in CONTACT if part in named)
 
     def belts(self, root: Node, shell: Values, fabric: Values, grid: Values) -> tuple[Belt, ...]:
         assert isinstance(root.value, dict)

@@ -111,6 +111,7 @@ def check(case_file: CaseFile, overrides: Overrides = None) -> None:
         f"  {case.title}\n"
         f"  grid                {case.grid.generatrix} x {case.grid.hoop} cells (generatrix x hoop), {case.model.scheme} scheme\n"
         f"  belts               {len(case.belts)}{f' at {heights} m' if heights else ''}\n"
+        f"  contact             {', '.join(case.contact) or 'none'}\n"
         f"  viscosity           {case.fabric.viscosity:.4g} N*s/m\n"
         f"  free-fall velocity  {free_fall:.5f} m/s"
     )

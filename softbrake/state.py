@@ -177,6 +177,7 @@ class Step(NamedTuple):
     gravity: float  # m/s^2
     cover: float  # m, height of the cover at n
     next_cover: float  # m, at n+1, as foreseen
+    gap: float  # m, kept from the cover by what lies on it
 
 
 class Nodes(NamedTuple):

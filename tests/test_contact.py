@@ -35,11 +35,12 @@ def touching(*overrides: str) -> Drop:
         (WIDE._replace(cover=0, cargo=0), (0.5, 0.0, -0.2), (0.5, 0.1, 0.1), (0.5, 0.1, 0.1)),  # no contact asked for
         (NARROW, (0.7, 0.0, 0.2), (0.7, 0.0, -0.1), (0.7, 0.0, GAP)),  # from above on the free part of the cover
         (NARROW, (0.7, 0.0, 0.2), (0.3, 0.0, 0.1), (0.5, 0.0, 0.1)),  # there against the cargo
+        (WIDE, (1.0, 0.0, 0.001), (0.999, 0.0, -0.002), (1.0, 0.0, -0.002)),  # down the side and past the rim: no trap
         (NARROW, (0.2, 0.0, 0.9), (0.2, 0.0, 0.7), (0.2, 0.0, 0.8)),  # on the cargo's top
     ],
 )
 def test_face_that_a_node_meets(contact: Contact, old: Floats, new: Floats, allowed: Floats) -> None:
-    assert allowed_place(contact, *old, *new) == pytest.approx(allowed, rel=1e-12, abs=1e-12)
+    assert allowed_place(contact, GAP, *old, *new) == pytest.approx(allowed, rel=1e-12, abs=1e-12)
 
 
 @pytest.mark.parametrize("contact", [WIDE, NARROW])
@@ -48,14 +49,14 @@ def test_random_walk_never_passes(contact: Contact) -> None:
     random = np.random.default_rng(7)
     place = np.array([0.3, 0.2, -0.4])
     met = 0
-    for _ in range(20_000):
-        wish = place + 0.3 * random.standard_normal(3)
+    for _ in range(100_000):
+        wish = place + 0.05 * random.standard_normal(3)
         wish *= min(1.0, 2.0 / np.abs(wish).max())
-        allowed = np.array(allowed_place(contact, *place, *wish))
+        allowed = np.array(allowed_place(contact, GAP, *place, *wish))
         met += not np.array_equal(wish, allowed)
         if place[2] * allowed[2] < 0.0:
             share = place[2] / (place[2] - allowed[2])
-            assert hypot(*(place + share * (allowed - place))[:2]) >= contact.cover_radius - 1e-7
+            assert hypot(*(place + share * (allowed - place))[:2]) >= contact.cover_radius - 5e-3  # chords of the circle
         inside = hypot(*allowed[:2]) < contact.cargo_radius - 1e-12 and 1e-12 < allowed[2] < contact.cargo_height - 1e-12
         assert not inside
         place = allowed
@@ -117,7 +118,7 @@ def test_nothing_in_the_cargo_in_a_whole_drop() -> None:
 
 def test_ring_pressed_on_the_side_of_the_cargo_carries_nothing_up() -> None:
     """The side is vertical and smooth: cloth on it slides, and the cargo feels no force from it."""
-    _, _, z = allowed_place(WIDE, 1.1, 0.0, 0.3, 0.9, 0.0, 0.25)
+    _, _, z = allowed_place(WIDE, GAP, 1.1, 0.0, 0.3, 0.9, 0.0, 0.25)
     assert z == 0.25
 
 
@@ -132,3 +133,27 @@ def test_impact_velocity_converges_with_the_grid() -> None:
     first, second = found[1] - found[0], found[2] - found[1]
     assert 0.0 < second < first / 3.0  # 4 for the second order
     assert second < 0.002 * found[2]
+
+
+@pytest.mark.parametrize(
+    "others", [("belts.count=0",), ("cargo.mass=20 kg", "fabric.E=2 kN/m", "time.courant=0.9", "pressure.value=2 kPa")]
+)
+@pytest.mark.parametrize("parts", ["contact=[ground, cover]", "cargo.diameter=0.2 m"])
+def test_cloth_on_the_cover_stays_on_its_side(parts: str, others: tuple[str, ...]) -> None:
+    """Also whole rows that lie on it, and where the cover's next place is foreseen badly: each step's way misses the disc."""
+    drop = touching("grid={generatrix: 12, hoop: 24}", parts, *others)
+    model, nodes = drop.model, drop.state.nodes
+
+    def places() -> Floats:
+        xyz = np.stack([grid_view(part, model)[:-1] for part in (nodes.x, nodes.y, nodes.z)])
+        xyz[2] -= drop.now(History.HEIGHT)
+        return xyz
+
+    old = places()
+    while drop.advance(most=1)[1] == Outcome.RUNNING:
+        new = places()
+        crossing = old[2] * new[2] < 0.0
+        share = old[2] / np.where(crossing, old[2] - new[2], 1.0)
+        radius = np.hypot(*(old + share * (new - old))[:2])
+        assert not (crossing & (radius < model.contact.cover_radius - 1e-4)).any()
+        old = new

@@ -9,35 +9,37 @@ from softbrake.kernels.motion import close_rows
 from softbrake.state import PAD
 
 FIRST = uint64(PAD)
-GAP = 1e-8  # m, kept from the cover, so that the side on which cloth lies shows
+GAP = 1e-6  # m, least distance kept from the cover, so that the side on which cloth lies shows
 
 
 @kernel
-def allowed_place(contact, x, y, z, new_x, new_y, new_z):
+def allowed_place(contact, gap, x, y, z, new_x, new_y, new_z):
     """Return the place nearest to a node's new one that cover and cargo leave it, heights counted from the cover.
 
     The cover is a disc, met from both sides; the cargo a cylinder standing on it, met at its side and top. Which face a node
     meets is the one it crosses on its way from its old place, so what was outside stays outside.
 
                     │ cargo │           side: moved out along the radius
-             z = 0 ─┴───────┴─ cover    cover: held GAP above or below
+             z = 0 ─┴───────┴─ cover    cover: held a gap above or below
     """
     side = 1.0 if z > 0.0 else -1.0
-    if contact.cargo and x * x + y * y < (contact.cargo_radius - GAP) ** 2 and z < 0.5 * contact.cargo_height:
+    if contact.cargo and x * x + y * y < (contact.cargo_radius - gap) ** 2 and z < 0.5 * contact.cargo_height:
         side = -1.0  # the cover moved a little otherwise than foreseen: nothing above it is here
-    if contact.cover and side * new_z < GAP:
-        share = (z - side * GAP) / (z - new_z) if side * z > GAP else 0.0
+    along_side = False  # from above past the rim of a cargo as wide as the cover
+    if contact.cover and side * new_z < gap:
+        share = (z - side * gap) / (z - new_z) if side * z > gap else 0.0
         across_x = x + share * (new_x - x)
         across_y = y + share * (new_y - y)
         if across_x * across_x + across_y * across_y < contact.cover_radius**2:
-            new_z = side * GAP
-    if contact.cargo and 0.0 < new_z < contact.cargo_height:
+            along_side = side > 0.0 and contact.cargo == 1 and contact.cargo_radius >= contact.cover_radius
+            new_z = new_z if along_side else side * gap
+    if along_side or (contact.cargo and 0.0 < new_z < contact.cargo_height):
         radius = sqrt(new_x * new_x + new_y * new_y)
         if radius < contact.cargo_radius:
             if z >= contact.cargo_height:
                 new_z = contact.cargo_height
             else:
-                outwards = contact.cargo_radius / max(radius, GAP)
+                outwards = contact.cargo_radius / max(radius, gap)
                 new_x *= outwards
                 new_y *= outwards
     return new_x, new_y, new_z
@@ -50,12 +52,13 @@ def press_row(nodes, area, pressure, mean, work, by_column, contact, step, mass,
     Reads area, pressure, step, mass as push_row. Writes nodes at offset node, mean at offset row; by_column.on_cargo (N s, of
     the nodes on cover and cargo, upwards), kinetic; work.
     """
+    length = step.length
     near = 0
     for j in range(uint64(columns)):
-        near |= int(nodes.z[node + j] > step.next_cover - GAP)
+        z = nodes.z[node + j]
+        near |= int(z > step.next_cover - step.gap) | int(z - length * nodes.w[node + j] > step.cover - step.gap)
     if near == 0:
         return
-    length = step.length
     for j in range(uint64(columns)):
         a = node + j
         b = FIRST + j
@@ -63,7 +66,7 @@ def press_row(nodes, area, pressure, mean, work, by_column, contact, step, mass,
         u, v, w = nodes.u[a], nodes.v[a], nodes.w[a]
         x, y, z = nodes.x[a], nodes.y[a], nodes.z[a] - step.next_cover
         old_z = nodes.z[a] - length * w - step.cover
-        new_x, new_y, new_z = allowed_place(contact, x - length * u, y - length * v, old_z, x, y, z)
+        new_x, new_y, new_z = allowed_place(contact, step.gap, x - length * u, y - length * v, old_z, x, y, z)
         change_u = (new_x - x) / length
         change_v = (new_y - y) / length
         change_w = (new_z - z) / length

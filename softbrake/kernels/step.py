@@ -4,7 +4,7 @@ from math import sqrt
 
 from numba import uint64
 
-from softbrake.kernels.contact import press_row
+from softbrake.kernels.contact import GAP, press_row
 from softbrake.kernels.fabric import (
     add_cell_forces,
     add_generatrix_forces,
@@ -27,6 +27,7 @@ from softbrake.state import PAD, History, Outcome, Peak, Scheme, Step
 ONE = uint64(1)
 FIRST = uint64(PAD)
 STEPS_PER_STEP_CHOICE = 16  # a choice costs about a step; waves pass no more than sixteen cells meanwhile
+BLOW = 100.0  # m/s^2, change of the cargo's acceleration from step to step that the gap allows for
 RUNAWAY = 4.0  # kinetic energy above this many times what start, gravity and pressure gave: it came from nowhere
 
 
@@ -57,7 +58,7 @@ def sweep_rows(model, state, sweep, dt, step):
     cover = now[History.HEIGHT]
     foreseen = cover + step * (nodes.w[uint64(n1) * stride + FIRST] + dt * now[History.ACCELERATION])
     touching = (contact.cover == 1 or contact.cargo == 1) and foreseen > 0.0  # else it is on the ground before that
-    course = Step(dt, step, gravity, cover, foreseen)
+    course = Step(dt, step, gravity, cover, foreseen, GAP + BLOW * dt * step)
     on_nodes[:] = pressure
     height = 0.0
     clear_row(force_above)
