@@ -112,15 +112,15 @@ class Drop:
         self.kernel_seconds = 0.0
         most = max(NODE_STEPS_PER_CHUNK // ((self.model.n1 + 1) * self.model.n2), 1)
         outcome = Outcome.RUNNING
-        interval = self.case.output.snapshot_interval if file is not None else math.inf
-        due = 0.0
+        interval = self.case.output.snapshot_interval
+        due = math.inf if file is None else 0.0
         with _held_interrupt() as interrupted:
             while outcome == Outcome.RUNNING and not interrupted():
                 now = self.now(History.TIME)
                 if file is not None and now >= due:
                     self._snapshot(file)
                     due = max((now // interval + 1.0) * interval, math.nextafter(now, math.inf))
-                rows, outcome = self.advance(due if file is not None else math.inf, most)
+                rows, outcome = self.advance(due, most)
                 if file is not None:
                     file.add_history(rows)
                 if progress is not None:

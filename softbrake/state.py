@@ -120,8 +120,8 @@ class Belts(NamedTuple):
     """Belt constants of each row, shape (n1+1,); zero where a row carries no belt. Eq. (2.3)."""
 
     width: Floats  # m, of belt within the row's share of the generatrix
-    stiffness: Floats  # N, E2/(1 - nu12 nu21)
-    coupling: Floats  # N, nu12 E11 width/(1 - nu12 nu21)
+    stiffness: Floats  # N, E2/(1 - nu12 nu21), under the nominal law E2
+    coupling: Floats  # N, nu12 E11 width/(1 - nu12 nu21), under the nominal law 0
     viscosity: Floats  # N s
 
 

@@ -157,7 +157,7 @@ def take_row(rows, above):
 
 @kernel
 def clear_sums(top_1, top_2, top_belt, by_column):
-    """Forget the last step's largest tensions, kinetic energy and ground impulse."""
+    """Forget the last step's largest tensions, kinetic energy and impulses."""
     top_1.tension[:] = 0.0
     top_2.tension[:] = 0.0
     top_belt.tension[:] = 0.0
