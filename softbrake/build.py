@@ -15,6 +15,7 @@ from softbrake.state import (
     Fabric,
     Floats,
     History,
+    Ints,
     Model,
     Nodes,
     Peak,
@@ -71,6 +72,7 @@ def build_model(case: Case) -> Model:
         belts.stiffness[:] += belt.stiffness / (contraction if true_tension else 1.0) * part
         belts.coupling[:] += coupling * width
         belts.viscosity[:] += cloth.viscosity * width
+    grooves = _grooves(belts.width) if "belts" in case.contact else np.zeros((0, 2), np.int64)
     law = case.pressure
     most_pressure = max(law.value, *law.values, 0.0)
     return Model(
@@ -99,6 +101,9 @@ def build_model(case: Case) -> Model:
         ),
         contact=Contact(
             ground=0.0 if "ground" in case.contact else -inf,
+            friction=case.friction,
+            below=grooves[:, 0].copy(),
+            above=grooves[:, 1].copy(),
             cover=int("cover" in case.contact),
             cover_radius=radius,
             cargo=int("cargo" in case.contact),
@@ -189,3 +194,11 @@ def _overlap(height: float, width: float, n1: int, h1: float) -> Floats:
     shared: Floats = np.maximum(upper - lower, 0.0)
     shared[shared < SLIVER * shared.max()] = 0.0
     return shared * (width / float(shared.sum()))
+
+
+def _grooves(belt_width: Floats) -> Ints:
+    """Rows next to each belt, below and above, (belts, 2); belts next to a held row have no free rows on that side: left out."""
+    carries = np.diff((belt_width > 0.0).astype(np.int64))
+    rows = np.stack((np.flatnonzero(carries == 1), np.flatnonzero(carries == -1) + 1), axis=1)
+    grooves: Ints = rows[(rows[:, 0] > 0) & (rows[:, 1] < len(belt_width) - 1)]
+    return grooves

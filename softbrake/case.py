@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any, Literal
 
 from softbrake.checker import Checker, Values, last_given, listed
-from softbrake.keys import ALTERNATIVES, BELTS, CONTACT, LAW, LISTED_BELT, PRESSURE, SECTIONS, TOP, schema, starter
+from softbrake.keys import ALTERNATIVES, BELTS, CONTACT, CONTACT_SETS, LAW, LISTED_BELT, PRESSURE, SECTIONS, TOP, schema, starter
 from softbrake.overrides import apply_override
 from softbrake.yamlnodes import Node, Place, YamlError, join, parse
 
@@ -130,7 +130,8 @@ class Case:
     fabric: Fabric
     belts: tuple[Belt, ...]
     cargo: Cargo
-    contact: tuple[str, ...]  # ground, cover, cargo: what stops the fabric
+    contact: tuple[str, ...]  # what stops the fabric, of keys.CONTACT
+    friction: float  # Coulomb's coefficient on ground and cover
     pressure: Pressure
     grid: Grid
     time: Time
@@ -229,6 +230,7 @@ class _CaseChecker(Checker):
             belts=belts,
             cargo=Cargo(**{"diameter": shell["diameter"], "height": None, **cargo}),
             contact=contact,
+            friction=top["friction"],
             pressure=pressure,
             grid=Grid(**grid),
             time=Time(**time),
@@ -274,9 +276,12 @@ class _CaseChecker(Checker):
         assert isinstance(root.value, dict)
         node = root.value.get("contact")
         if node is None:
-            return CONTACT
+            return CONTACT_SETS["full"]
+        if isinstance(node.value, str) and node.value in CONTACT_SETS:
+            return CONTACT_SETS[node.value]
         items = node.value if isinstance(node.value, list) else [node]
-        wanted = f"{', '.join(CONTACT)}, or a list of them, is wanted"
+        parts = f"{', '.join(CONTACT)}, or a list of them"
+        wanted = f"{parts}, is wanted" if isinstance(node.value, list) else f"{', '.join(CONTACT_SETS)}, {parts}, is wanted"
         named: list[Any] = []
         for number, item in enumerate(items):
             path = join("contact", number) if isinstance(node.value, list) else "contact"

@@ -39,8 +39,9 @@ class History(IntEnum):
     WORK_BELTS = 15  # J, done by the belts' elastic tensions
     WORK_GRAVITY = 16  # J
     WORK_GROUND = 17  # J, lost where fabric is stopped by the ground
-    WORK_CONTACT = 18  # J, of contact on fabric and cargo
+    WORK_CONTACT = 18  # J, lost in contact, and in friction on the ground
     CONTACT_FORCE = 19  # N, of the fabric on cover and cargo, up positive; part of the cover force
+    GROUND_AREA = 20  # m^2, of fabric and lower cover on the ground
 
 
 UNITS = {
@@ -64,6 +65,7 @@ UNITS = {
     History.WORK_GROUND: "J",
     History.WORK_CONTACT: "J",
     History.CONTACT_FORCE: "N",
+    History.GROUND_AREA: "m^2",
 }
 
 
@@ -142,6 +144,9 @@ class Contact(NamedTuple):
     """What stops the fabric."""
 
     ground: float  # m, of the ground: 0, or -inf without contact
+    friction: float  # Coulomb's coefficient on ground and cover
+    below: Ints  # rows next to the belts on their lower sides, (belts,); none where (2.5) is not asked for
+    above: Ints  # rows next to them on their upper sides
     cover: int  # 1: the disc under the cargo, from both sides
     cover_radius: float  # m
     cargo: int  # 1: the cylinder on the cover
@@ -200,7 +205,7 @@ class Work(NamedTuple):
     belts: Floats
     gravity: Floats
     ground: Floats
-    contact: Floats  # with cover and cargo
+    contact: Floats  # of what stops the fabric but the ground, and of friction
 
 
 class State(NamedTuple):
@@ -261,6 +266,7 @@ class ByColumn(NamedTuple):
     kinetic: Floats  # J
     lift: Floats  # N s, of the ground on the fabric of the row under way
     impulse: Floats  # N s, of the ground on the fabric of all rows so far
+    on_ground: Floats  # m^2, of the fabric on the ground
     on_cargo: Floats  # N s, of the fabric on cover and cargo, upwards
     rate: Floats  # 1/s, fastest, for the choice of the step
 

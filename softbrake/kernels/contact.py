@@ -1,11 +1,11 @@
-"""Contact of the fabric with cover and cargo, node by node: unilateral, without friction or rebound."""
+"""Contact of the fabric with ground, cover and cargo, node by node: unilateral, without rebound."""
 
 from math import sqrt
 
 from numba import uint64
 
 from softbrake.kernels.jit import kernel
-from softbrake.kernels.motion import close_rows
+from softbrake.kernels.motion import close_nodes
 from softbrake.state import PAD
 
 FIRST = uint64(PAD)
@@ -46,11 +46,48 @@ def allowed_place(contact, gap, x, y, z, new_x, new_y, new_z):
 
 
 @kernel
-def press_row(nodes, area, pressure, mean, work, by_column, contact, step, mass, node, row, columns):
-    """Hold a row of pushed nodes off cover and cargo, and mend velocities, means and works for the impulses that this takes.
+def jolt(nodes, work, by_column, a, j, mass, length, change_u, change_v, change_w):
+    """Give node a of column j a jump of velocity (m/s), and its place what that changes by n+1.
 
-    Reads area, pressure, step, mass as push_row. Writes nodes at offset node, mean at offset row; by_column.on_cargo (N s, of
-    the nodes on cover and cargo, upwards), kinetic; work.
+    All contact but the ground's own acts so, at n+1/2 after the push: an impulse in no time, on which no other force does work.
+    Writes nodes; work.contact, by_column.kinetic (J).
+    """
+    nodes.x[a] += length * change_u
+    nodes.y[a] += length * change_v
+    nodes.z[a] += length * change_w
+    power = change_u * (nodes.u[a] + 0.5 * change_u) + change_v * (nodes.v[a] + 0.5 * change_v)
+    gain = mass * (power + change_w * (nodes.w[a] + 0.5 * change_w))
+    work.contact[j] += gain
+    by_column.kinetic[j] += gain
+    nodes.u[a] += change_u
+    nodes.v[a] += change_v
+    nodes.w[a] += change_w
+
+
+@kernel
+def rub(nodes, work, by_column, a, j, mass, length, impulse):
+    """Slow a node along a level face by at most an impulse (N s). Coulomb's law: friction times the one that presses it on."""
+    speed = sqrt(nodes.u[a] * nodes.u[a] + nodes.v[a] * nodes.v[a])
+    if speed > 0.0:
+        part = min(impulse / (mass * speed), 1.0)
+        jolt(nodes, work, by_column, a, j, mass, length, -part * nodes.u[a], -part * nodes.v[a], 0.0)
+
+
+@kernel
+def rub_row(nodes, work, by_column, contact, step, mass, node, columns):
+    """Slow what the ground stopped in the push of a row. Reads by_column.lift (N s)."""
+    for j in range(uint64(columns)):
+        if by_column.lift[j] > 0.0:
+            rub(nodes, work, by_column, node + j, j, mass, step.length, contact.friction * by_column.lift[j])
+    close_nodes(nodes, node, columns)
+
+
+@kernel
+def press_row(nodes, work, by_column, contact, step, mass, node, columns):
+    """Hold a row of pushed nodes off cover and cargo.
+
+    Reads step: a Step; mass (kg) of a node. Writes nodes at offset node; by_column.on_cargo (N s, of the nodes on cover and
+    cargo, upwards); work.contact.
     """
     length = step.length
     near = 0
@@ -61,32 +98,14 @@ def press_row(nodes, area, pressure, mean, work, by_column, contact, step, mass,
         return
     for j in range(uint64(columns)):
         a = node + j
-        b = FIRST + j
-        c = row + j
         u, v, w = nodes.u[a], nodes.v[a], nodes.w[a]
         x, y, z = nodes.x[a], nodes.y[a], nodes.z[a] - step.next_cover
         old_z = nodes.z[a] - length * w - step.cover
         new_x, new_y, new_z = allowed_place(contact, step.gap, x - length * u, y - length * v, old_z, x, y, z)
-        change_u = (new_x - x) / length
-        change_v = (new_y - y) / length
-        change_w = (new_z - z) / length
-        if change_u == 0.0 and change_v == 0.0 and change_w == 0.0:
-            continue
-        nodes.x[a] = new_x
-        nodes.y[a] = new_y
-        nodes.z[a] = new_z + step.next_cover
-        nodes.u[a] = u + change_u
-        nodes.v[a] = v + change_v
-        nodes.w[a] = w + change_w
-        mean.x[c] += 0.5 * change_u
-        mean.y[c] += 0.5 * change_v
-        mean.z[c] += 0.5 * change_w
-        work.pressure[j] += 0.5 * step.dt * pressure[j] * (area.x[b] * change_u + area.y[b] * change_v + area.z[b] * change_w)
-        work.gravity[j] -= 0.5 * step.dt * step.gravity * mass * change_w
-        work.ground[j] += 0.5 * by_column.lift[j] * change_w
-        work.contact[j] += mass * (change_u * mean.x[c] + change_v * mean.y[c] + change_w * mean.z[c])
-        by_column.kinetic[j] += mass * (
-            change_u * (u + 0.5 * change_u) + change_v * (v + 0.5 * change_v) + change_w * (w + 0.5 * change_w)
-        )
-        by_column.on_cargo[j] -= mass * change_w
-    close_rows(nodes, mean, node, row, columns)
+        if new_x != x or new_y != y or new_z != z:
+            change_w = (new_z - z) / length
+            jolt(nodes, work, by_column, a, j, mass, length, (new_x - x) / length, (new_y - y) / length, change_w)
+            by_column.on_cargo[j] -= mass * change_w
+            if contact.friction > 0.0 and abs(new_z) == step.gap:  # on the cover
+                rub(nodes, work, by_column, a, j, mass, length, contact.friction * mass * abs(change_w))
+    close_nodes(nodes, node, columns)

@@ -38,6 +38,7 @@ def push_row(nodes, force, area, pressure, mean, work, by_column, contact, step,
         work.ground[j] += mass * (w - free) * mean_w
         by_column.lift[j] = mass * (w - free)
         by_column.impulse[j] += mass * (w - free)
+        by_column.on_ground[j] -= min(area.z[b], 0.0) if w > free else 0.0
         by_column.kinetic[j] += 0.5 * mass * (u * u + v * v + w * w)
         mean.x[c] = mean_u
         mean.y[c] = mean_v
@@ -48,21 +49,21 @@ def push_row(nodes, force, area, pressure, mean, work, by_column, contact, step,
         nodes.x[a] += length * u
         nodes.y[a] += length * v
         nodes.z[a] = max(nodes.z[a] + length * w, ground)
-    close_rows(nodes, mean, node, row, columns)
+    close_nodes(nodes, node, columns)
+    close_row(mean.x, row, columns)
+    close_row(mean.y, row, columns)
+    close_row(mean.z, row, columns)
 
 
 @kernel
-def close_rows(nodes, mean, node, row, columns):
-    """Close a row of nodes and of their mean velocities."""
+def close_nodes(nodes, node, columns):
+    """Close a row of nodes."""
     close_row(nodes.x, node, columns)
     close_row(nodes.y, node, columns)
     close_row(nodes.z, node, columns)
     close_row(nodes.u, node, columns)
     close_row(nodes.v, node, columns)
     close_row(nodes.w, node, columns)
-    close_row(mean.x, row, columns)
-    close_row(mean.y, row, columns)
-    close_row(mean.z, row, columns)
 
 
 @kernel

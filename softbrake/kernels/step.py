@@ -4,7 +4,7 @@ from math import sqrt
 
 from numba import uint64
 
-from softbrake.kernels.contact import GAP, press_row
+from softbrake.kernels.contact import GAP, press_row, rub_row
 from softbrake.kernels.fabric import (
     add_cell_forces,
     add_generatrix_forces,
@@ -19,6 +19,7 @@ from softbrake.kernels.fabric import (
 from softbrake.kernels.geometry import add_area_vectors, update_edges
 from softbrake.kernels.jit import kernel
 from softbrake.kernels.ledger import add_cargo_work, add_cell_work, add_edge_work, add_shear_work, update_top
+from softbrake.kernels.lobes import part_lobes
 from softbrake.kernels.motion import hold_row, push_cargo, push_row, vertical_forces
 from softbrake.kernels.pressure import pressure_at, update_damped_pressure
 from softbrake.kernels.timestep import stable_step
@@ -58,6 +59,7 @@ def sweep_rows(model, state, sweep, dt, step):
     cover = now[History.HEIGHT]
     foreseen = cover + step * (nodes.w[uint64(n1) * stride + FIRST] + dt * now[History.ACCELERATION])
     touching = (contact.cover == 1 or contact.cargo == 1) and foreseen > 0.0  # else it is on the ground before that
+    rough = contact.friction > 0.0
     course = Step(dt, step, gravity, cover, foreseen, GAP + BLOW * dt * step)
     on_nodes[:] = pressure
     height = 0.0
@@ -109,9 +111,12 @@ def sweep_rows(model, state, sweep, dt, step):
             hold_row(mean, row, n2, 0.0)
         elif i < n1:
             push_row(nodes, force, area, on_nodes, mean, work, by_column, contact, course, mass[i], node, row, n2)  # (3.2)
+            if rough:
+                rub_row(nodes, work, by_column, contact, course, mass[i], node, n2)
             if touching:
-                press_row(nodes, area, on_nodes, mean, work, by_column, contact, course, mass[i], node, row, n2)
+                press_row(nodes, work, by_column, contact, course, mass[i], node, n2)
         else:
+            part_lobes(nodes, work, by_column, contact, mass, step, stride, n1, n2)  # (2.5)
             tension, gas = vertical_forces(force, area, on_nodes, n2)
             impulse = total(by_column.on_cargo)
             now[History.CONTACT_FORCE] = impulse / dt
@@ -132,6 +137,7 @@ def sweep_rows(model, state, sweep, dt, step):
         if i > 0 and shear:
             add_shear_work(g, h, cells, mean, elastic, below, hoop_below, hoop, below, below, row, dt, n2)
     book_forces(now, peaks, top_1, top_2, top_belt, by_column, n1, dt)
+    now[History.GROUND_AREA] = model.cover_area + total(by_column.on_ground)
     return height
 
 
@@ -163,6 +169,7 @@ def clear_sums(top_1, top_2, top_belt, by_column):
     top_belt.tension[:] = 0.0
     by_column.kinetic[:] = 0.0
     by_column.impulse[:] = 0.0
+    by_column.on_ground[:] = 0.0
     by_column.on_cargo[:] = 0.0
 
 
