@@ -33,7 +33,7 @@ def inward_normal(nodes, node, stride):
 
 @kernel
 def deviation(nodes, node, stride, rows, columns):
-    """Return delta = I2/2 (m): how far the cloth rises from its tangent plane at M towards the gas, at N. Section 2, Fig. 3.
+    """Return delta = I2/2 (m): how far the cloth rises from its tangent plane at M towards the gas, at N. (2.5), Fig. 3.
 
     I2 = b11 da1^2 + 2 b12 da1 da2 + b22 da2^2 with b_ik = m r_ik by central differences; N is rows up and columns around.
 
