@@ -15,7 +15,7 @@ FIRST = uint64(PAD)
 
 @kernel
 def inward_normal(nodes, node, stride):
-    """Return the unit normal m towards the gas at a node, as Fig. 3 draws it: -e3 of (2.6), by central differences.
+    """Return the unit normal m towards the gas at a node, as Fig. 3 draws it, by central differences.
 
     Zero where the cloth has no area.
     """
