@@ -61,7 +61,8 @@ def build_model(case: Case) -> Model:
     share = np.full(n1 + 1, h1)
     share[[0, -1]] *= 0.5
     line_mass = cloth.areal_density * share
-    belts = Belts(*(np.zeros(n1 + 1) for _ in Belts._fields))
+    no_rows = np.zeros(0, np.int64)
+    belts = Belts(*(np.zeros(n1 + 1) for _ in Belts._fields[:-2]), below=no_rows, above=no_rows)
     # N22 feels e11, but T11 nothing of the belt: a potential does not allow that, so the nominal law makes it a plain filament.
     coupling = fabric.c21 if true_tension else 0.0
     for belt in case.belts:
@@ -72,7 +73,8 @@ def build_model(case: Case) -> Model:
         belts.stiffness[:] += belt.stiffness / (contraction if true_tension else 1.0) * part
         belts.coupling[:] += coupling * width
         belts.viscosity[:] += cloth.viscosity * width
-    grooves = _grooves(belts.width) if "belts" in case.contact else np.zeros((0, 2), np.int64)
+    if "belts" in case.contact:
+        belts = belts._replace(**_next_to_belts(belts.width))
     law = case.pressure
     most_pressure = max(law.value, *law.values, 0.0)
     return Model(
@@ -102,8 +104,6 @@ def build_model(case: Case) -> Model:
         contact=Contact(
             ground=0.0 if "ground" in case.contact else -inf,
             friction=case.friction,
-            below=grooves[:, 0].copy(),
-            above=grooves[:, 1].copy(),
             cover=int("cover" in case.contact),
             cover_radius=radius,
             cargo=int("cargo" in case.contact),
@@ -196,9 +196,9 @@ def _overlap(height: float, width: float, n1: int, h1: float) -> Floats:
     return shared * (width / float(shared.sum()))
 
 
-def _grooves(belt_width: Floats) -> Ints:
-    """Rows next to each belt, below and above, (belts, 2); belts next to a held row have no free rows on that side: left out."""
+def _next_to_belts(belt_width: Floats) -> dict[str, Ints]:
+    """Rows next to each belt, below and above; a belt next to a held row has no free rows on that side: left out."""
     carries = np.diff((belt_width > 0.0).astype(np.int64))
-    rows = np.stack((np.flatnonzero(carries == 1), np.flatnonzero(carries == -1) + 1), axis=1)
-    grooves: Ints = rows[(rows[:, 0] > 0) & (rows[:, 1] < len(belt_width) - 1)]
-    return grooves
+    below, above = np.flatnonzero(carries == 1), np.flatnonzero(carries == -1) + 1
+    free = (below > 0) & (above < len(belt_width) - 1)
+    return {"below": below[free], "above": above[free]}

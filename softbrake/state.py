@@ -119,12 +119,14 @@ class Fabric(NamedTuple):
 
 
 class Belts(NamedTuple):
-    """Belt constants of each row, shape (n1+1,); zero where a row carries no belt. Eq. (2.3)."""
+    """Belt constants of each row, shape (n1+1,) but the last two; zero where a row carries no belt. Eq. (2.3)."""
 
     width: Floats  # m, of belt within the row's share of the generatrix
     stiffness: Floats  # N, E2/(1 - nu12 nu21), under the nominal law E2
     coupling: Floats  # N, nu12 E11 width/(1 - nu12 nu21), under the nominal law 0
     viscosity: Floats  # N s
+    below: Ints  # rows next to belts on their lower sides, (belts,); none where (2.5) is not asked for
+    above: Ints  # rows next to them on their upper sides
 
 
 class Pressure(NamedTuple):
@@ -145,8 +147,6 @@ class Contact(NamedTuple):
 
     ground: float  # m, of the ground: 0, or -inf without contact
     friction: float  # Coulomb's coefficient on ground and cover
-    below: Ints  # rows next to the belts on their lower sides, (belts,); none where (2.5) is not asked for
-    above: Ints  # rows next to them on their upper sides
     cover: int  # 1: the disc under the cargo, from both sides
     cover_radius: float  # m
     cargo: int  # 1: the cylinder on the cover

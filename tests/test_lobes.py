@@ -163,8 +163,8 @@ def slide(friction: float, up: bool) -> tuple[Floats, Floats]:
     where = np.uint64(PAD)
     for _ in range(1000):
         push_row(nodes, sweep.force, sweep.area, sweep.pressure, sweep.mean, work, by_column, contact, step, mass, a, where, 90)
-        rub_row(nodes, work, by_column, contact, step, mass, a, 90)
-        press_row(nodes, work, by_column, contact, step, mass, a, 90)
+        rub_row(nodes, sweep.area_above, work, by_column, contact, step, mass, a, 90)
+        press_row(nodes, sweep.area_above, work, by_column, contact, step, mass, a, 90)
         way.append(np.hypot(nodes.x[a], nodes.y[a]) - 0.25)
         speed.append(np.hypot(nodes.u[a + np.uint64(7)], nodes.v[a + np.uint64(7)]))
     stopped = 1000 * (gravity * dt) ** 2 if up else 0.0  # each step's fall onto the cover; the ground books its own

@@ -15,7 +15,7 @@ FIRST = uint64(PAD)
 
 @kernel
 def inward_normal(nodes, node, stride):
-    """Return the unit normal m towards the gas at a node, as Fig. 3 draws it, by central differences.
+    """Return the unit normal m towards the gas at a node, as (2.5) and Fig. 3 have it, by central differences.
 
     Zero where the cloth has no area.
     """
@@ -82,7 +82,7 @@ def part_nodes(nodes, work, by_column, ground, lower, upper, j, mass_lower, mass
 
 
 @kernel
-def part_lobes(nodes, work, by_column, contact, mass, length, stride, n1, columns):
+def part_lobes(nodes, work, by_column, below, above, ground, mass, length, stride, n1, columns):
     """Keep the sub-regions G1 below and G2 above each belt out of one another. Condition (2.5).
 
     Where the lobes fold over the belt, their normals m1, m2 are opposed and the rows M1, M2 next to the belt may meet: they are
@@ -93,10 +93,10 @@ def part_lobes(nodes, work, by_column, contact, mass, length, stride, n1, column
                     B      belt
            N2 ── M2 ┘      gas above, m2 upwards
 
-    Reads contact.below, above; mass (kg), (n1+1,). Writes nodes, work.contact.
+    Reads below, above: the rows M1, M2 of each belt; ground (m); mass (kg), (n1+1,). Writes nodes, work.contact.
     """
-    for k in range(contact.below.size):
-        row_1, row_2 = contact.below[k], contact.above[k]
+    for k in range(below.size):
+        row_1, row_2 = below[k], above[k]
         start_1, start_2 = uint64(row_1) * stride + FIRST, uint64(row_2) * stride + FIRST
         moved = 0
         for j in range(uint64(columns)):
@@ -116,7 +116,7 @@ def part_lobes(nodes, work, by_column, contact, mass, length, stride, n1, column
                 continue
             scale = 1.0 / sqrt(square)
             cx, cy, cz = scale * (x2 - x1), scale * (y2 - y1), scale * (z2 - z1)
-            touch = part_nodes(nodes, work, by_column, contact.ground, a, b, j, mass[row_1], mass[row_2], length, cx, cy, cz)
+            touch = part_nodes(nodes, work, by_column, ground, a, b, j, mass[row_1], mass[row_2], length, cx, cy, cz)
             moved += touch
             if touch == 0 or row_1 < 2 or row_2 > n1 - 2:
                 continue
@@ -124,7 +124,7 @@ def part_lobes(nodes, work, by_column, contact, mass, length, stride, n1, column
             delta_2 = deviation(nodes, b, stride, 1.0, 0.0)
             if delta_1 <= 0.0 or delta_2 <= 0.0:
                 a, b = a - stride, b + stride
-                part_nodes(nodes, work, by_column, contact.ground, a, b, j, mass[row_1 - 1], mass[row_2 + 1], length, cx, cy, cz)
+                part_nodes(nodes, work, by_column, ground, a, b, j, mass[row_1 - 1], mass[row_2 + 1], length, cx, cy, cz)
         if moved > 0:
             close_nodes(nodes, start_1, columns)
             close_nodes(nodes, start_2, columns)
