@@ -15,7 +15,7 @@ from softbrake.state import (
     Fabric,
     Floats,
     History,
-    Ints,
+    Lobes,
     Model,
     Nodes,
     Peak,
@@ -61,8 +61,7 @@ def build_model(case: Case) -> Model:
     share = np.full(n1 + 1, h1)
     share[[0, -1]] *= 0.5
     line_mass = cloth.areal_density * share
-    no_rows = np.zeros(0, np.int64)
-    belts = Belts(*(np.zeros(n1 + 1) for _ in Belts._fields[:-2]), below=no_rows, above=no_rows)
+    belts = Belts(*(np.zeros(n1 + 1) for _ in Belts._fields))
     # N22 feels e11, but T11 nothing of the belt: a potential does not allow that, so the nominal law makes it a plain filament.
     coupling = fabric.c21 if true_tension else 0.0
     for belt in case.belts:
@@ -73,8 +72,6 @@ def build_model(case: Case) -> Model:
         belts.stiffness[:] += belt.stiffness / (contraction if true_tension else 1.0) * part
         belts.coupling[:] += coupling * width
         belts.viscosity[:] += cloth.viscosity * width
-    if "belts" in case.contact:
-        belts = belts._replace(**_next_to_belts(belts.width))
     law = case.pressure
     most_pressure = max(law.value, *law.values, 0.0)
     return Model(
@@ -91,6 +88,7 @@ def build_model(case: Case) -> Model:
         mass=line_mass * h2,
         fabric=fabric,
         belts=belts,
+        lobes=_lobes(belts.width if "belts" in case.contact else np.zeros(n1 + 1)),
         pressure=Pressure(
             law=int(PressureLaw[law.law.upper()]),
             value=law.value,
@@ -196,9 +194,9 @@ def _overlap(height: float, width: float, n1: int, h1: float) -> Floats:
     return shared * (width / float(shared.sum()))
 
 
-def _next_to_belts(belt_width: Floats) -> dict[str, Ints]:
+def _lobes(belt_width: Floats) -> Lobes:
     """Rows next to each belt, below and above; a belt next to a held row has no free rows on that side: left out."""
     carries = np.diff((belt_width > 0.0).astype(np.int64))
     below, above = np.flatnonzero(carries == 1), np.flatnonzero(carries == -1) + 1
     free = (below > 0) & (above < len(belt_width) - 1)
-    return {"below": below[free], "above": above[free]}
+    return Lobes(below[free], above[free])

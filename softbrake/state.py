@@ -119,14 +119,19 @@ class Fabric(NamedTuple):
 
 
 class Belts(NamedTuple):
-    """Belt constants of each row, shape (n1+1,) but the last two; zero where a row carries no belt. Eq. (2.3)."""
+    """Belt constants of each row, shape (n1+1,); zero where a row carries no belt. Eq. (2.3)."""
 
     width: Floats  # m, of belt within the row's share of the generatrix
     stiffness: Floats  # N, E2/(1 - nu12 nu21), under the nominal law E2
     coupling: Floats  # N, nu12 E11 width/(1 - nu12 nu21), under the nominal law 0
     viscosity: Floats  # N s
-    below: Ints  # rows next to belts on their lower sides, (belts,); none where (2.5) is not asked for
-    above: Ints  # rows next to them on their upper sides
+
+
+class Lobes(NamedTuple):
+    """Where condition (2.5) looks, each (belts,); none where it is not asked for."""
+
+    below: Ints  # row next to each belt on its lower side
+    above: Ints  # on its upper side
 
 
 class Pressure(NamedTuple):
@@ -170,6 +175,7 @@ class Model(NamedTuple):
     mass: Floats  # kg, of a node of each row, (n1+1,)
     fabric: Fabric
     belts: Belts
+    lobes: Lobes
     pressure: Pressure
     contact: Contact
 

@@ -47,7 +47,7 @@ def sweep_rows(model, state, sweep, dt, step):
     g, h, belt, cells, mean, on_nodes = sweep.generatrix, sweep.hoop, sweep.belt, sweep.cells, sweep.mean, sweep.pressure
     force, force_above, area, area_above = sweep.force, sweep.force_above, sweep.area, sweep.area_above
     top_1, top_2, top_belt, by_column = sweep.top_generatrix, sweep.top_hoop, sweep.top_belt, sweep.by_column
-    heights, rising = nodes.z, nodes.w
+    heights, rising, lobes = nodes.z, nodes.w, model.lobes
     elastic, viscous, elastic_belts = work.elastic, work.viscous, work.belts
     edge_scheme = model.scheme == Scheme.EDGE
     shear = fabric.g12 > 0.0
@@ -117,7 +117,7 @@ def sweep_rows(model, state, sweep, dt, step):
             if touching and any_above(heights, rising, course, node, n2):
                 press_row(nodes, force, work, by_column, contact, course, mass[i], node, n2)
         else:
-            part_lobes(nodes, work, by_column, belts.below, belts.above, contact.ground, mass, step, stride, n1, n2)  # (2.5)
+            part_lobes(nodes, work, by_column, lobes.below, lobes.above, contact.ground, mass, step, stride, n1, n2)  # (2.5)
             tension, gas = vertical_forces(force, area, on_nodes, n2)
             impulse = total(by_column.on_cargo)
             now[History.CONTACT_FORCE] = impulse / dt
