@@ -111,7 +111,8 @@ PRESSURE = {
 }
 LAW = Key("law", tuple(PRESSURE), "over time; sine is (2.10)", "constant", required=True)
 
-CONTACT = ("ground", "cover", "cargo")  # what stops the fabric
+AXIS = "axis"  # of the axisymmetric shell, whose hoops cannot pass through it
+CONTACT = ("ground", "cover", "cargo", AXIS)  # what stops the fabric
 TOP = (
     Key("title", str, "heads the results", "My drop", computed="name of the file"),
     Key("gravity", Dimension.ACCELERATION, "downwards", "9.80665 m/s^2", default=9.80665, least=0),
@@ -156,7 +157,17 @@ SECTIONS: dict[str, tuple[Key, ...]] = {
         Key("courant", Dimension.RATIO, "Courant coefficient of the step (3.3), at most 1", "0.5", default=0.5, above=0, most=1),
         Key("end", Dimension.TIME, "of the run, if nothing stops it before", "1 s", default=1.0, above=0),
     ),
-    "model": (Key("scheme", ("edge", "cell"), "cell is (3.2) as printed", "edge", default="edge"),),
+    "model": (
+        Key("scheme", ("edge", "cell"), "cell is (3.2) as printed", "edge", default="edge"),
+        Key(
+            "fidelity",
+            ("full", "sector", "axisymmetric"),
+            "all columns of the hoop, or a part that repeats",
+            "full",
+            default="full",
+        ),
+        Key("sector", int, "columns of the part (sector), which divide grid.hoop", "9", least=1, most=10_000),
+    ),
     "output": (
         Key("snapshot_interval", Dimension.TIME, "between pictures of the shell", "2 ms", computed="time.end/150", above=0),
         Key("history_interval", int, "steps between rows of the history", "1", default=1, least=1),
@@ -167,7 +178,7 @@ ALTERNATIVES: dict[str, Alternatives] = {
     "fabric": ((("E",), ("E11", "E22")), (("damping_ratio",), ("viscosity",))),
     "belts": ((("layers",), ("stiffness", "line_density")),),
 }
-_CONTACT = "what stops the fabric; default all"
+_CONTACT = "what stops the fabric; default all, the axis for the axisymmetric shell"
 
 
 def needed(section: str) -> list[Key]:
@@ -260,7 +271,7 @@ def starter() -> str:
         "# The schema for your editor: softbrake schema > case.schema.json. A bare number is in the unit in brackets.",
     ]
     lines += [_starter_line(key, "", key.name in ("title", "gravity")) for key in TOP]
-    lines.append(f"contact: [{', '.join(CONTACT)}]".ljust(34) + f"# {_CONTACT}")
+    lines.append(f"contact: [{', '.join(part for part in CONTACT if part != AXIS)}]".ljust(34) + f"# {_CONTACT}")
     for name, keys in SECTIONS.items():
         live = needed(name)
         lines.append(f"{name}:")

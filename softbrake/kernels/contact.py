@@ -6,10 +6,22 @@ from numba import uint64
 
 from softbrake.kernels.jit import kernel
 from softbrake.kernels.motion import close_rows
-from softbrake.state import PAD
+from softbrake.state import PAD, History, Step
 
 FIRST = uint64(PAD)
 GAP = 1e-6  # m, least distance kept from the cover, so that the side on which cloth lies shows
+BLOW = 100.0  # m/s^2, change of the cargo's acceleration from step to step that the gap allows for
+
+
+@kernel
+def foresee(now, velocity, gravity, sector, dt, length):
+    """Return the Step from n to n+1: dt from n-1/2 to n+1/2 (s), length (s); velocity (m/s) of the cover at n-1/2.
+
+    The cover moves last, by what presses on it; until then its next place is foreseen by its last acceleration.
+    """
+    cover = now[History.HEIGHT]
+    next_cover = cover + length * (velocity + dt * now[History.ACCELERATION])
+    return Step(dt, length, gravity, cover, next_cover, GAP + BLOW * dt * length, sector)
 
 
 @kernel
@@ -89,4 +101,4 @@ def press_row(nodes, area, pressure, mean, work, by_column, contact, step, mass,
             change_u * (u + 0.5 * change_u) + change_v * (v + 0.5 * change_v) + change_w * (w + 0.5 * change_w)
         )
         by_column.on_cargo[j] -= mass * change_w
-    close_rows(nodes, mean, node, row, columns)
+    close_rows(nodes, mean, step.sector, node, row, columns)
