@@ -16,6 +16,7 @@ from softbrake.state import (
     Fabric,
     Floats,
     History,
+    Meridian,
     Model,
     Nodes,
     Peak,
@@ -120,14 +121,16 @@ def build_model(case: Case) -> Model:
 
 def build_state(case: Case, model: Model) -> State:
     """Return the state at first contact: unloaded shell, all of it falling with the cargo but the row on the ground."""
-    angle = 2.0 * pi * (np.arange(model.stride) - PAD) / case.grid.hoop
+    one_column = case.model.fidelity == "axisymmetric"
+    stride = 1 if one_column else model.stride
+    angle = np.zeros(1) if one_column else 2.0 * pi * (np.arange(stride) - PAD) / case.grid.hoop
     radius = 0.5 * case.shell.diameter
-    nodes = Nodes(*_rows(model.n1 + 1, model.stride, Nodes._fields))
+    nodes = Nodes(*_rows(model.n1 + 1, stride, Nodes._fields))
     height = np.linspace(0.0, case.shell.height, model.n1 + 1)[:, None]
-    nodes.x.reshape(-1, model.stride)[:] = radius * np.cos(angle)
-    nodes.y.reshape(-1, model.stride)[:] = radius * np.sin(angle)
-    nodes.z.reshape(-1, model.stride)[:] = height
-    nodes.w.reshape(-1, model.stride)[:] = np.where(height > 0.0, -case.cargo.velocity, 0.0)
+    nodes.x.reshape(-1, stride)[:] = radius * np.cos(angle)
+    nodes.y.reshape(-1, stride)[:] = radius * np.sin(angle)
+    nodes.z.reshape(-1, stride)[:] = height
+    nodes.w.reshape(-1, stride)[:] = np.where(height > 0.0, -case.cargo.velocity, 0.0)
     now = np.zeros(len(History))
     now[History.HEIGHT] = case.shell.height
     now[History.VELOCITY] = -case.cargo.velocity
@@ -141,7 +144,7 @@ def build_state(case: Case, model: Model) -> State:
         last_step=np.zeros(1),
         kinetic_start=np.array([now[History.KINETIC_ENERGY]]),
         peaks=np.zeros((len(Peak), 3)),
-        work=Work(*(np.zeros(model.n2) for _ in Work._fields)),
+        work=Work(*(_aligned(model.n1 + 1 if one_column else model.n2) for _ in Work._fields)),
     )
 
 
@@ -166,16 +169,23 @@ def build_sweep(model: Model) -> Sweep:
     )
 
 
+def build_meridian(model: Model) -> Meridian:
+    """Return the scratch arrays of a step of the axisymmetric shell."""
+    nodes = model.n1 + 1
+    scratch = {name: _aligned(nodes) for name in Meridian._fields if name not in ("area", "belt_rows")}
+    area = Rows(*_rows(1, PAD + nodes, Rows._fields))
+    return Meridian(**scratch, area=area, belt_rows=np.flatnonzero(model.belts.width))
+
+
 def whole_shell(case: Case, state: State) -> tuple[Model, Nodes]:
     """Return the model of the whole shell, and its nodes by turning the columns that were computed."""
     whole = build_model(replace(case, model=replace(case.model, fidelity="full", sector=None)))
     model = build_model(case)
     nodes = Nodes(*_rows(whole.n1 + 1, whole.stride, Nodes._fields))
-    rows = slice(0, whole.n1 + 1)
     turn, column = np.divmod(np.arange(whole.stride) - PAD, model.n2)
     angle = 2.0 * pi * turn / model.sector.count
     parts = (
-        [values[rows, None] for values in state.nodes]
+        [values[:, None] for values in state.nodes]
         if case.model.fidelity == "axisymmetric"
         else [values.reshape(whole.n1 + 1, -1)[:, PAD + column] for values in state.nodes]
     )

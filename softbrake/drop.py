@@ -14,14 +14,15 @@ from typing import NamedTuple
 import numpy as np
 
 from softbrake import __version__
-from softbrake.build import build_model, build_state, build_sweep, grid_view, initial_energy, whole_shell
+from softbrake.build import build_meridian, build_model, build_state, build_sweep, grid_view, initial_energy, whole_shell
 from softbrake.case import Case
 from softbrake.kernels.fields import sample_fields
 from softbrake.kernels.jit import CACHE_FOLDER, PACKAGE, hash_sources
+from softbrake.kernels.meridian import advance_meridian
 from softbrake.kernels.pressure import pressure_at
 from softbrake.kernels.step import advance
 from softbrake.results import ResultFile
-from softbrake.state import Floats, History, Model, Nodes, Outcome, Peak, State, Sweep
+from softbrake.state import Floats, History, Meridian, Model, Nodes, Outcome, Peak, State, Sweep
 from softbrake.summary import ModelUsed, Summary, Work
 from softbrake.summary import Peak as PeakFound
 
@@ -92,7 +93,8 @@ class Drop:
         self.case = case
         self.model: Model = build_model(case)
         self.state: State = build_state(case, self.model)
-        self.sweep: Sweep = build_sweep(self.model)
+        self.axisymmetric = case.model.fidelity == "axisymmetric"
+        self.sweep: Sweep | Meridian = build_meridian(self.model) if self.axisymmetric else build_sweep(self.model)
         self.history: Floats = np.empty((HISTORY_ROWS, len(History)))
         self.kernel_seconds = 0.0
 
@@ -102,7 +104,8 @@ class Drop:
         Returns the new rows, a view that the next call overwrites, and the outcome: RUNNING where it only paused.
         """
         start = time.perf_counter()
-        rows, outcome = advance(self.model, self.state, self.sweep, self.history, self.case.output.history_interval, most, until)
+        kernel = advance_meridian if self.axisymmetric else advance
+        rows, outcome = kernel(self.model, self.state, self.sweep, self.history, self.case.output.history_interval, most, until)
         self.kernel_seconds += time.perf_counter() - start
         return self.history[:rows], Outcome(outcome)
 

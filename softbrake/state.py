@@ -264,6 +264,29 @@ class Rows(NamedTuple):
     z: Floats
 
 
+class Meridian(NamedTuple):
+    """Scratch of the axisymmetric shell's step: values of edges, (n1,), in front, and of nodes, (n1+1,)."""
+
+    x: Floats  # m, edge vector, along the radius
+    z: Floats  # m, upwards
+    e: Floats  # elongation
+    tension_1: Floats  # N/m, T11
+    force: Floats  # N/m, edge force over edge length
+    elastic: Floats  # N/m, its elastic part
+    tension_2: Floats  # N/m, T22 at the nodes
+    belt_tension: Floats  # N/m, N22 at the nodes
+    belt_force: Floats  # N, of the belt on the node, inwards
+    belt_elastic: Floats  # N, its elastic part
+    pressure: Floats  # Pa
+    mean_u: Floats  # m/s, mean of the velocities at n-1/2 and n+1/2 before contact
+    mean_w: Floats  # m/s
+    kinetic: Floats  # J
+    lift: Floats  # N s, of the ground on the node
+    rate: Floats  # 1/s, fastest, for the choice of the step
+    area: Rows  # m^2, area vectors of the nodes outwards; node i at PAD + i
+    belt_rows: Ints  # rows that carry a belt
+
+
 class Top(NamedTuple):
     """Largest tension of the step by column, and its row (i + 1/2 between two rows); each (n2,)."""
 

@@ -62,11 +62,14 @@ class NoAlias(Compiler):
 
 
 def kernel(function: Callable[..., Any]) -> Callable[..., Any]:
-    """Compile at the first call, cache the machine code; division by zero gives inf as in NumPy. See NoAlias."""
+    """Compile at the first call, cache the machine code; division by zero gives inf as in NumPy. See NoAlias.
+
+    Kernels let other threads run: no two drops share an array.
+    """
     theirs = config.CACHE_DIR
     config.CACHE_DIR = str(CACHE_FOLDER)
     try:
-        compiler = njit(cache=True, error_model="numpy", pipeline_class=NoAlias, no_cfunc_wrapper=True)
+        compiler = njit(cache=True, nogil=True, error_model="numpy", pipeline_class=NoAlias, no_cfunc_wrapper=True)
         compiled: Callable[..., Any] = compiler(function)
         return compiled
     finally:
