@@ -4,7 +4,7 @@ Node i = 0 … n1 stands at radius x and height z, edge i between nodes i and i+
 stays a polygon: its edges, `side` long per radius, pull a node inwards by `side` times their force. Equations as in step.py.
 """
 
-from math import sqrt
+from math import inf, sqrt
 
 from numba import uint64
 
@@ -211,17 +211,20 @@ def press_meridian(nodes, meridian, work, contact, step, mass, n1):
     which holds a slack hoop at a radius of GAP, where the cloth would meet itself.
     """
     touching = (contact.cover == 1 or contact.cargo == 1) and step.next_cover > 0.0
-    length, impulse = step.length, 0.0
+    least = GAP if contact.axis == 1 else -inf
+    length, impulse, per_length = step.length, 0.0, 1.0 / step.length
     x, z, u, w, kinetic, on_contact = nodes.x, nodes.z, nodes.u, nodes.w, meridian.kinetic, work.contact
     for i in range(ONE, uint64(n1)):
-        new_x, new_z = x[i], z[i] - step.next_cover
+        new_x, pushed_z = x[i], z[i] - step.next_cover
+        new_z = pushed_z
         old_z = z[i] - length * w[i] - step.cover
         if touching and (new_z > -step.gap or old_z > -step.gap):
-            new_x, _, new_z = allowed_place(contact, step.gap, x[i] - length * u[i], 0.0, old_z, new_x, 0.0, new_z)
-        if contact.axis == 1:
-            new_x = max(new_x, GAP)
-        change_u = (new_x - x[i]) / length
-        change_w = (new_z + step.next_cover - z[i]) / length
+            new_x, _, new_z = allowed_place(contact, step.gap, new_x - length * u[i], 0.0, old_z, new_x, 0.0, new_z)
+        new_x = max(new_x, least)
+        if new_x == x[i] and new_z == pushed_z:
+            continue
+        change_u = (new_x - x[i]) * per_length
+        change_w = (new_z - pushed_z) * per_length
         taken = mass[i] * (change_u * (u[i] + 0.5 * change_u) + change_w * (w[i] + 0.5 * change_w))
         impulse -= mass[i] * change_w
         kinetic[i] += taken
