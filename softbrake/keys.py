@@ -112,6 +112,7 @@ PRESSURE = {
 LAW = Key("law", tuple(PRESSURE), "over time; sine is (2.10)", "constant", required=True)
 
 CONTACT = ("ground", "belts", "cover", "cargo", "axis", "folds")  # what stops the fabric
+UNKNOWN_CONTACT = {"full": ("axis",), "sector": ("axis", "folds"), "axisymmetric": ()}  # by fidelity
 CONTACT_SETS = {"full": ("ground", "cover", "cargo", "axis", "folds"), "paper": ("ground", "belts")}
 TOP = (
     Key("title", str, "heads the results", "My drop", computed="name of the file"),
@@ -158,7 +159,17 @@ SECTIONS: dict[str, tuple[Key, ...]] = {
         Key("courant", Dimension.RATIO, "Courant coefficient of the step (3.3), at most 1", "0.5", default=0.5, above=0, most=1),
         Key("end", Dimension.TIME, "of the run, if nothing stops it before", "1 s", default=1.0, above=0),
     ),
-    "model": (Key("scheme", ("edge", "cell"), "cell is (3.2) as printed", "edge", default="edge"),),
+    "model": (
+        Key("scheme", ("edge", "cell"), "cell is (3.2) as printed", "edge", default="edge"),
+        Key(
+            "fidelity",
+            ("full", "sector", "axisymmetric"),
+            "all columns of the hoop, or a part that repeats",
+            "full",
+            default="full",
+        ),
+        Key("sector", int, "columns of the part (sector), which divide grid.hoop", "9", least=1, most=10_000),
+    ),
     "output": (
         Key("snapshot_interval", Dimension.TIME, "between pictures of the shell", "2 ms", computed="time.end/150", above=0),
         Key("history_interval", int, "steps between rows of the history", "1", default=1, least=1),

@@ -150,7 +150,7 @@ def slide(friction: float, up: bool) -> tuple[Floats, Floats]:
     a = np.uint64(row * model.stride + PAD)
     contact = model.contact._replace(cover_radius=inf)
     gravity = -9.80665 if up else 9.80665
-    step = Step(dt=dt, length=dt, gravity=gravity, cover=0.6, next_cover=0.6, gap=GAP)
+    step = Step(dt=dt, length=dt, gravity=gravity, cover=0.6, next_cover=0.6, gap=GAP, sector=model.sector)
     angle = 2 * pi * np.arange(-PAD, model.stride - PAD) / model.n2
     line = slice(row * model.stride, (row + 1) * model.stride)
     nodes.z[line] = 0.6 - GAP if up else 0.0

@@ -6,10 +6,22 @@ from numba import uint64
 
 from softbrake.kernels.jit import kernel
 from softbrake.kernels.motion import close_nodes
-from softbrake.state import PAD
+from softbrake.state import PAD, History, Step
 
 FIRST = uint64(PAD)
 GAP = 1e-6  # m, least distance kept from the cover, so that the side on which cloth lies shows
+BLOW = 100.0  # m/s^2, change of the cargo's acceleration from step to step that the gap allows for
+
+
+@kernel
+def foresee(now, velocity, gravity, sector, dt, length):
+    """Return the Step from n to n+1: dt from n-1/2 to n+1/2 (s), length (s); velocity (m/s) of the cover at n-1/2.
+
+    The cover moves last, by what presses on it; until then its next place is foreseen by its last acceleration.
+    """
+    cover = now[History.HEIGHT]
+    next_cover = cover + length * (velocity + dt * now[History.ACCELERATION])
+    return Step(dt, length, gravity, cover, next_cover, GAP + BLOW * dt * length, sector)
 
 
 @kernel
@@ -80,7 +92,7 @@ def press_row(nodes, jump, work, by_column, contact, step, mass, node, columns):
         jump_y[FIRST + j] = jump_v
         jump_z[FIRST + j] = jump_w
         on_cargo[j] -= mass * jump_w
-    jolt_row(nodes, jump, work, by_column, mass, length, node, columns)
+    jolt_row(nodes, jump, work, by_column, step, mass, node, columns)
 
 
 @kernel
@@ -100,12 +112,13 @@ def rub_row(nodes, jump, work, by_column, contact, step, mass, node, columns):
         jump_x[FIRST + j] = lost * u[node + j]
         jump_y[FIRST + j] = lost * v[node + j]
         jump_z[FIRST + j] = 0.0
-    jolt_row(nodes, jump, work, by_column, mass, step.length, node, columns)
+    jolt_row(nodes, jump, work, by_column, step, mass, node, columns)
 
 
 @kernel
-def jolt_row(nodes, jump, work, by_column, mass, length, node, columns):
+def jolt_row(nodes, jump, work, by_column, step, mass, node, columns):
     """Give a row of nodes jumps of velocity (m/s), as jolt does."""
+    length = step.length
     for j in range(uint64(columns)):
         a = node + j
         b = FIRST + j
@@ -119,7 +132,7 @@ def jolt_row(nodes, jump, work, by_column, mass, length, node, columns):
         nodes.u[a] += u
         nodes.v[a] += v
         nodes.w[a] += w
-    close_nodes(nodes, node, columns)
+    close_nodes(nodes, step.sector, node, columns)
 
 
 @kernel

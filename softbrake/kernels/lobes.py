@@ -82,7 +82,7 @@ def part_nodes(nodes, work, by_column, ground, lower, upper, j, mass_lower, mass
 
 
 @kernel
-def part_lobes(nodes, work, by_column, below, above, ground, mass, length, stride, n1, columns):
+def part_lobes(nodes, work, by_column, lobes, ground, sector, mass, length, stride, n1, columns):
     """Keep the sub-regions G1 below and G2 above each belt out of one another. Condition (2.5).
 
     Where the lobes fold over the belt, their normals m1, m2 are opposed and the rows M1, M2 next to the belt may meet: they are
@@ -93,10 +93,10 @@ def part_lobes(nodes, work, by_column, below, above, ground, mass, length, strid
                     B      belt
            N2 ── M2 ┘      gas above, m2 upwards
 
-    Reads below, above: the rows M1, M2 of each belt; ground (m); mass (kg), (n1+1,). Writes nodes, work.contact.
+    Reads lobes; ground (m); mass (kg), (n1+1,). Writes nodes, work.contact.
     """
-    for k in range(below.size):
-        row_1, row_2 = below[k], above[k]
+    for k in range(lobes.below.size):
+        row_1, row_2 = lobes.below[k], lobes.above[k]
         start_1, start_2 = uint64(row_1) * stride + FIRST, uint64(row_2) * stride + FIRST
         moved = 0
         for j in range(uint64(columns)):
@@ -126,7 +126,7 @@ def part_lobes(nodes, work, by_column, below, above, ground, mass, length, strid
                 a, b = a - stride, b + stride
                 part_nodes(nodes, work, by_column, ground, a, b, j, mass[row_1 - 1], mass[row_2 + 1], length, cx, cy, cz)
         if moved > 0:
-            close_nodes(nodes, start_1, columns)
-            close_nodes(nodes, start_2, columns)
-            close_nodes(nodes, start_1 - stride, columns)
-            close_nodes(nodes, start_2 + stride, columns)
+            close_nodes(nodes, sector, start_1, columns)
+            close_nodes(nodes, sector, start_2, columns)
+            close_nodes(nodes, sector, start_1 - stride, columns)
+            close_nodes(nodes, sector, start_2 + stride, columns)
