@@ -112,7 +112,7 @@ def build_model(case: Case) -> Model:
             axis=int("axis" in case.contact),
         ),
         sector=Sector(
-            count=float(sectors),
+            copies=float(sectors),
             cos=1.0 if sectors == 1 else cos(2.0 * pi / sectors),
             sin=0.0 if sectors == 1 else sin(2.0 * pi / sectors),
         ),
@@ -134,7 +134,7 @@ def build_state(case: Case, model: Model) -> State:
     now = np.zeros(len(History))
     now[History.HEIGHT] = case.shell.height
     now[History.VELOCITY] = -case.cargo.velocity
-    moving = model.sector.count * (model.cargo_mass + model.n2 * model.mass[1:].sum())
+    moving = model.sector.copies * (model.cargo_mass + model.n2 * model.mass[1:].sum())
     now[History.KINETIC_ENERGY] = 0.5 * moving * case.cargo.velocity**2
     return State(
         nodes=nodes,
@@ -183,7 +183,7 @@ def whole_shell(case: Case, state: State) -> tuple[Model, Nodes]:
     model = build_model(case)
     nodes = Nodes(*_rows(whole.n1 + 1, whole.stride, Nodes._fields))
     turn, column = np.divmod(np.arange(whole.stride) - PAD, model.n2)
-    angle = 2.0 * pi * turn / model.sector.count
+    angle = 2.0 * pi * turn / model.sector.copies
     parts = (
         [values[:, None] for values in state.nodes]
         if case.model.fidelity == "axisymmetric"
@@ -207,7 +207,7 @@ def initial_energy(case: Case, model: Model) -> float:
     heights = np.linspace(0.0, case.shell.height, model.n1 + 1)
     mass = model.n2 * model.mass
     mass[-1] += model.cargo_mass
-    return float(model.sector.count * (0.5 * mass[1:].sum() * case.cargo.velocity**2 + case.gravity * (mass @ heights)))
+    return float(model.sector.copies * (0.5 * mass[1:].sum() * case.cargo.velocity**2 + case.gravity * (mass @ heights)))
 
 
 def _rows(count: int, stride: int, fields: tuple[str, ...]) -> list[Floats]:

@@ -28,7 +28,7 @@ def sweep_meridian(model, state, meridian, dt, length):
     dt: from n-1/2 to n+1/2; length: from n to n+1 (s). The one column moves its share of the cargo; state.now has the whole
     shell's forces.
     """
-    n1, fabric, contact, columns = model.n1, model.fabric, model.contact, model.sector.count
+    n1, fabric, contact, columns = model.n1, model.fabric, model.contact, model.sector.copies
     nodes, now, work, mass = state.nodes, state.now, state.work, model.mass
     side = fabric.h2 / contact.cover_radius
     pressure = pressure_at(model.pressure, now[History.TIME])  # (2.10)
@@ -335,7 +335,7 @@ def stable_step_of_meridian(model, nodes, meridian):
 @kernel
 def advance_meridian(model, state, meridian, history, interval, most, until):
     """Advance the axisymmetric shell as advance does the rows. Returns the rows of history and the Outcome."""
-    now, work, n1, columns = state.now, state.work, model.n1, model.sector.count
+    now, work, n1, columns = state.now, state.work, model.n1, model.sector.copies
     rows = 0
     done = 0
     while done < most and now[History.TIME] < until and rows + 1 < history.shape[0]:

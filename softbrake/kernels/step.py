@@ -52,7 +52,7 @@ def sweep_rows(model, state, sweep, dt, length):
     pressure = pressure_at(model.pressure, now[History.TIME])  # (2.10)
     now[History.PRESSURE] = pressure
     gas_on_cover = pressure * model.cover_area
-    gravity, contact, sectors = model.gravity, model.contact, model.sector.count
+    gravity, contact, sectors = model.gravity, model.contact, model.sector.copies
     step = foresee(now, nodes.w[uint64(n1) * stride + FIRST], gravity, model.sector, dt, length)
     touching = (contact.cover == 1 or contact.cargo == 1) and step.next_cover > 0.0  # else it is on the ground before that
     on_nodes[:] = pressure
@@ -225,7 +225,7 @@ def advance(model, state, sweep, history, interval, most, until):
         if state.steps[0] % interval == 0:
             record(history, rows, now)
             rows += 1
-        book_energies(now, work, by_column, model.sector.count)
+        book_energies(now, work, by_column, model.sector.copies)
         outcome = end_step(model, state, length, height)
         done += 1
         if outcome != Outcome.RUNNING:
