@@ -52,9 +52,10 @@ class Diverged(Exception):
         self.summary = summary
 
 
-def kernels_cached() -> bool:
-    """Whether a run starts at once, its kernels having been compiled before."""
-    return any(CACHE_FOLDER.rglob("step.advance-*.nbc"))
+def kernels_cached(case: Case) -> bool:
+    """Whether a run of the case starts at once, its kernels having been compiled before."""
+    driver = "meridian.advance_meridian" if case.model.fidelity == "axisymmetric" else "step.advance"
+    return any(CACHE_FOLDER.rglob(f"{driver}-*.nbc"))
 
 
 def run(case: Case, results: str | Path | None = None, progress: Callable[[Progress], None] | None = None) -> Summary:

@@ -165,7 +165,7 @@ class Contact(NamedTuple):
 class Sector(NamedTuple):
     """How the columns make up the hoop: it repeats them, turned about the axis."""
 
-    copies: float  # sectors of the hoop, 1 where the columns are all of it
+    copies: float  # sectors in the hoop, 1 where the columns are all of it
     cos: float  # of the angle of a sector, exactly 1 where there is only one
     sin: float  # exactly 0 there
 
