@@ -300,7 +300,7 @@ class _CaseChecker(Checker):
         if node is None:
             return parts
         items = node.value if isinstance(node.value, list) else [node]
-        wanted = f"{', '.join(CONTACT)}, or a list of them, is wanted"
+        wanted = f"{', '.join(parts)}, or a list of them, is wanted"
         named: list[Any] = []
         for number, item in enumerate(items):
             path = join("contact", number) if isinstance(node.value, list) else "contact"

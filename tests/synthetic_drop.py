@@ -26,7 +26,7 @@ def case(generatrix: int = 36, hoop: int = 90, belts: int = 3) -> Case:
         pressure=Pressure("constant", PRESSURE, 0.0, 0.0, (), (), 0.0),
         grid=Grid(generatrix, hoop),
         time=Time(0.5, 0.3),
-        model=Model("edge"),
+        model=Model("edge", "full", None),
         output=Output(0.002, 10),
     )
 
