@@ -318,7 +318,7 @@ class _CaseChecker(Checker):
             return tuple(part for part in CONTACT_SETS[word] if part in known)
         assert node is not None
         items = node.value if isinstance(node.value, list) else [node]
-        parts = f"{', '.join(CONTACT)}, or a list of them"
+        parts = f"{', '.join(known)}, or a list of them"
         wanted = f"{parts}, is wanted" if isinstance(node.value, list) else f"{', '.join(CONTACT_SETS)}, {parts}, is wanted"
         named: list[Any] = []
         for number, item in enumerate(items):

@@ -42,13 +42,19 @@ def deviation(nodes, node, stride, rows, columns):
              ───────M─────P──    delta = PN > 0: the cloth bulges away from what touches it at M
     """
     mx, my, mz = inward_normal(nodes, node, stride)
-    middle = 2.0 * (mx * nodes.x[node] + my * nodes.y[node] + mz * nodes.z[node])
-    b11 = along(nodes, node + stride, mx, my, mz) + along(nodes, node - stride, mx, my, mz) - middle
-    b22 = along(nodes, node + ONE, mx, my, mz) + along(nodes, node - ONE, mx, my, mz) - middle
+    b11 = bend(nodes, node, stride, mx, my, mz)
+    b22 = bend(nodes, node, ONE, mx, my, mz)
     rising = along(nodes, node + stride + ONE, mx, my, mz) + along(nodes, node - stride - ONE, mx, my, mz)
     falling = along(nodes, node + stride - ONE, mx, my, mz) + along(nodes, node - stride + ONE, mx, my, mz)
     b12 = 0.25 * (rising - falling)
     return 0.5 * (b11 * rows * rows + 2.0 * b12 * rows * columns + b22 * columns * columns)
+
+
+@kernel
+def bend(nodes, node, stride, mx, my, mz):
+    """Return m r_ii da_i^2 (m) along the line to the neighbours a stride away."""
+    outer = along(nodes, node + stride, mx, my, mz) + along(nodes, node - stride, mx, my, mz)
+    return outer - 2.0 * along(nodes, node, mx, my, mz)
 
 
 @kernel
@@ -82,6 +88,15 @@ def part_nodes(nodes, work, by_column, ground, lower, upper, j, mass_lower, mass
 
 
 @kernel
+def folded(nodes, a, b, stride):
+    """Return whether the cloth at M1 and M2, nodes a and b, leaves the belt in directions less than a right angle apart."""
+    belt_1, belt_2 = a + stride, b - stride
+    across = (nodes.x[a] - nodes.x[belt_1]) * (nodes.x[b] - nodes.x[belt_2])
+    across += (nodes.y[a] - nodes.y[belt_1]) * (nodes.y[b] - nodes.y[belt_2])
+    return across + (nodes.z[a] - nodes.z[belt_1]) * (nodes.z[b] - nodes.z[belt_2]) > 0.0
+
+
+@kernel
 def part_lobes(nodes, work, by_column, lobes, ground, sector, mass, length, stride, n1, columns):
     """Keep the sub-regions G1 below and G2 above each belt out of one another. Condition (2.5).
 
@@ -99,15 +114,10 @@ def part_lobes(nodes, work, by_column, lobes, ground, sector, mass, length, stri
         row_1, row_2 = lobes.below[k], lobes.above[k]
         start_1, start_2 = uint64(row_1) * stride + FIRST, uint64(row_2) * stride + FIRST
         moved = 0
+        loose = row_1 > 1 and row_2 < n1 - 1  # N1 and N2 are free as well
         for j in range(uint64(columns)):
             a, b = start_1 + j, start_2 + j
-            belt_1, belt_2 = a + stride, b - stride
-            facing = (
-                (nodes.x[a] - nodes.x[belt_1]) * (nodes.x[b] - nodes.x[belt_2])
-                + (nodes.y[a] - nodes.y[belt_1]) * (nodes.y[b] - nodes.y[belt_2])
-                + (nodes.z[a] - nodes.z[belt_1]) * (nodes.z[b] - nodes.z[belt_2])
-            )
-            if facing <= 0.0:
+            if not folded(nodes, a, b, stride):
                 continue
             x1, y1, z1 = inward_normal(nodes, a, stride)
             x2, y2, z2 = inward_normal(nodes, b, stride)
@@ -118,11 +128,7 @@ def part_lobes(nodes, work, by_column, lobes, ground, sector, mass, length, stri
             cx, cy, cz = scale * (x2 - x1), scale * (y2 - y1), scale * (z2 - z1)
             touch = part_nodes(nodes, work, by_column, ground, a, b, j, mass[row_1], mass[row_2], length, cx, cy, cz)
             moved += touch
-            if touch == 0 or row_1 < 2 or row_2 > n1 - 2:
-                continue
-            delta_1 = deviation(nodes, a, stride, -1.0, 0.0)
-            delta_2 = deviation(nodes, b, stride, 1.0, 0.0)
-            if delta_1 <= 0.0 or delta_2 <= 0.0:
+            if touch > 0 and loose and min(deviation(nodes, a, stride, -1.0, 0.0), deviation(nodes, b, stride, 1.0, 0.0)) <= 0.0:
                 a, b = a - stride, b + stride
                 part_nodes(nodes, work, by_column, ground, a, b, j, mass[row_1 - 1], mass[row_2 + 1], length, cx, cy, cz)
         if moved > 0:
@@ -130,3 +136,32 @@ def part_lobes(nodes, work, by_column, lobes, ground, sector, mass, length, stri
             close_nodes(nodes, sector, start_2, columns)
             close_nodes(nodes, sector, start_1 - stride, columns)
             close_nodes(nodes, sector, start_2 + stride, columns)
+
+
+@kernel
+def part_meridian_lobes(nodes, work, meridian, lobes, ground, mass, length, n1):
+    """Keep the lobes of the axisymmetric shell apart at each belt, as part_lobes does. Condition (2.5)."""
+    for k in range(lobes.below.size):
+        a, b = uint64(lobes.below[k]), uint64(lobes.above[k])
+        if not folded(nodes, a, b, ONE):
+            continue
+        x1, z1 = inward_normal_of_meridian(nodes, a)
+        x2, z2 = inward_normal_of_meridian(nodes, b)
+        square = (x2 - x1) ** 2 + (z2 - z1) ** 2
+        if square <= 2.0:
+            continue
+        cx, cz = (x2 - x1) / sqrt(square), (z2 - z1) / sqrt(square)
+        touch = part_nodes(nodes, work, meridian, ground, a, b, a, mass[a], mass[b], length, cx, 0.0, cz)
+        if touch > 0 and a > 1 and b < n1 - 1 and min(bend(nodes, a, ONE, x1, 0.0, z1), bend(nodes, b, ONE, x2, 0.0, z2)) <= 0.0:
+            a, b = a - ONE, b + ONE
+            part_nodes(nodes, work, meridian, ground, a, b, a, mass[a], mass[b], length, cx, 0.0, cz)
+
+
+@kernel
+def inward_normal_of_meridian(nodes, node):
+    """Return radial and upward part of inward_normal where all columns are alike."""
+    x = nodes.x[node + ONE] - nodes.x[node - ONE]
+    z = nodes.z[node + ONE] - nodes.z[node - ONE]
+    length = sqrt(x * x + z * z)
+    scale = 1.0 / length if length > 0.0 else 0.0
+    return -z * scale, x * scale
