@@ -10,7 +10,8 @@ from softbrake.build import grid_view
 from softbrake.case import CaseError, load_case
 from softbrake.drop import Drop
 from softbrake.kernels.contact import GAP
-from softbrake.kernels.meridian import advance_meridian
+from softbrake.kernels.course import STEPS_PER_STEP_CHOICE
+from softbrake.kernels.meridian import advance_meridian, stable_step_of_meridian, sweep_meridian
 from softbrake.kernels.step import advance
 from softbrake.results import read_history, read_snapshots
 from softbrake.state import PAD, Floats, History, Outcome, Peak
@@ -52,6 +53,23 @@ def advance_to(falling: Drop, until: float) -> Floats:
     return np.concatenate(rows)
 
 
+def follow(falling: Drop, history: Floats) -> Floats:
+    """Advance by the steps of another shell's history; return the own. The axisymmetric one would take longer ones of its own."""
+    if not falling.axisymmetric:
+        last = history[-1, History.TIME_STEP]
+        return advance_to(falling, history[-1, History.TIME] + 0.5 * last if last > 0.0 else np.inf)
+    rows = []
+    for length in history[history[:, History.TIME_STEP] > 0.0, History.TIME_STEP]:
+        chosen = falling.state.stable_step[0]
+        if falling.state.steps[0] % STEPS_PER_STEP_CHOICE == 0:
+            chosen = stable_step_of_meridian(falling.model, falling.state.nodes, falling.sweep)
+        falling.model = falling.model._replace(courant=length / chosen)
+        new, outcome = falling.advance(most=1)
+        rows.append(new.copy())
+    assert outcome == Outcome.RUNNING or history[-1, History.TIME_STEP] == 0.0
+    return np.concatenate(rows)
+
+
 def whole(falling: Drop) -> Floats:
     """Places (m) and velocities (m/s) of all nodes of the whole shell, (6, n1+1, columns of the hoop)."""
     model, nodes = falling.whole_shell()
@@ -90,7 +108,7 @@ def test_fidelities_agree_to_round_off(scene: str) -> None:
     assert np.abs(whole(full)[0] - whole(drop(config, *overrides))[0]).max() > 0.02
     for name, fidelity in PARTS.items():
         part = drop(config, *overrides, *fidelity)
-        other = advance_to(part, end)
+        other = follow(part, history)
         assert distance(full, part) < EXACT, name
         assert np.abs(whole(part)[3:] - whole(full)[3:]).max() < 1e-6, name  # m/s
         assert other.shape == history.shape
@@ -103,12 +121,12 @@ def test_fidelities_agree_to_round_off(scene: str) -> None:
 @pytest.mark.parametrize("config", ["paper", "no-belts"])
 def test_ground_force_counts_all_columns(config: str) -> None:
     """The wall swings down to the ground while the shell is still symmetric."""
-    forces = []
-    for fidelity in ((), *PARTS.values()):
+    full = advance_to(drop(config, *COARSE, "contact=ground"), 0.03)
+    for fidelity in PARTS.values():
         falling = drop(config, *COARSE, "contact=ground", *fidelity)
-        forces.append(advance_to(falling, 0.03)[:, History.GROUND_FORCE])
+        force = follow(falling, full)[:, History.GROUND_FORCE]
         assert falling.now(History.WORK_GROUND) < -0.1
-    assert np.abs(np.array(forces) - forces[0]).max() < 1e-7 * np.abs(forces[0]).max()
+        assert np.abs(force - full[:, History.GROUND_FORCE]).max() < 1e-7 * np.abs(force).max()
 
 
 CRUSHED = {  # configuration, overrides, end (s)
@@ -129,7 +147,7 @@ def test_contact_agrees_to_round_off(scene: str) -> None:
     assert full.now(History.WORK_CONTACT) < -0.001
     for name, fidelity in PARTS.items():
         part = drop(config, *COARSE, SOLID, *overrides, *fidelity)
-        other = advance_to(part, end)
+        other = follow(part, history)
         assert distance(full, part) < EXACT, name
         assert other[-1, :7] == pytest.approx(history[-1, :7], rel=1e-9, abs=1e-6)  # up to the cover force
         assert other[:, History.CONTACT_FORCE] == pytest.approx(history[:, History.CONTACT_FORCE], abs=1e-6)
@@ -141,9 +159,9 @@ def test_fidelities_differ_no_more_than_the_full_shell_is_out_of_round(config: s
     full = drop(config, *COARSE, SOLID)
     parts = [drop(config, *COARSE, SOLID, *fidelity) for fidelity in PARTS.values()]
     for end in np.arange(0.01, 0.13, 0.01):
-        advance_to(full, end)
+        history = advance_to(full, end)
         for part in parts:
-            advance_to(part, end)
+            follow(part, history)
             assert distance(full, part) < 10.0 * lopsided(full) + 1e-12
     assert lopsided(full) > 1e-9
 
@@ -243,8 +261,8 @@ def test_axis_holds_slack_hoops() -> None:
 
 def test_without_the_axis_hoops_turn_inside_out_as_those_of_the_full_shell() -> None:
     axisymmetric, full = thrown_inwards(*PARTS["axisymmetric"], "contact=[]"), thrown_inwards("contact=[]")
-    assert least_radius(axisymmetric, 0.01) < -0.01
-    advance_to(full, 0.01)
+    follow(axisymmetric, advance_to(full, 0.01))
+    assert axisymmetric.state.nodes.x.min() < -0.01
     assert distance(axisymmetric, full) < EXACT
 
 
@@ -263,10 +281,16 @@ def test_result_file_holds_the_whole_shell(part: str, tmp_path: Path) -> None:
         assert len(read_history(file)) == summary.steps + 1
     assert summary.model.fidelity == part.split()[0]
     full, other = shots
-    assert full.times == pytest.approx(other.times, rel=1e-12)
-    assert np.abs(full.xyz - other.xyz).max() < 1e-6  # single precision
-    for name in names:
-        assert np.abs(full.fields[name] - other.fields[name]).max() < 1e-6 * np.abs(full.fields[name]).max()
+    bound = 1e-6  # single precision
+    if part == "axisymmetric":  # longer steps of its own
+        assert np.ptp(np.hypot(other.xyz[..., 0], other.xyz[..., 1]), axis=2).max() < 1e-6
+        bound = 1.5e-2
+    else:
+        assert full.times == pytest.approx(other.times, rel=1e-12)
+    assert full.times[[0, -1]] == pytest.approx(other.times[[0, -1]], rel=1e-12)
+    assert np.abs(full.xyz - other.xyz)[[0, -1]].max() < bound
+    for name in names[1:]:
+        assert np.abs(full.fields[name] - other.fields[name])[-1].max() < bound * np.abs(full.fields[name]).max()
 
 
 def test_each_driver_is_compiled_once() -> None:
@@ -289,7 +313,7 @@ def test_axisymmetric_shell_that_bursts() -> None:
     overrides = (*COARSE, *PARTS["axisymmetric"], "fabric.E=1 kN/m")
     with pytest.raises(softbrake.Diverged, match=r"the fabric bursts") as caught:
         softbrake.run(load_case(CONFIGS / "no-belts.yaml", overrides))
-    assert "of 12, column 0" in str(caught.value)
+    assert "of 12, column" in str(caught.value)
 
 
 @pytest.mark.parametrize(
@@ -318,3 +342,38 @@ def test_everything_stops_the_fabric_by_default(tmp_path: Path) -> None:
     file.write_text("\n".join(line for line in text if not line.startswith("contact")), encoding="utf-8")
     assert load_case(file).contact == ("ground", "cover", "cargo", "folds")
     assert load_case(file, PARTS["axisymmetric"]).contact == ("ground", "cover", "cargo", "axis", "folds")
+
+
+@pytest.mark.parametrize("overrides", [(), ("fabric.viscosity=1",), ("pressure.damping=0.002",), ("belts.layers=20",)])
+def test_stable_step_is_that_of_the_linearised_scheme(overrides: tuple[str, ...]) -> None:
+    """What small changes of places and velocities are a step later: an eigenvalue passes -1 just above the step chosen.
+
+    Of the stretched shell at 5 ms, whose viscosity, gas and belts act in full; the cargo held.
+    """
+    falling = drop("paper", "grid={generatrix: 40, hoop: 60}", "belts.width=15 mm", *PARTS["axisymmetric"], *overrides)
+    falling.model = falling.model._replace(cargo_mass=1e12, contact=falling.model.contact._replace(ground=-np.inf))
+    advance_to(falling, 5e-3)
+    nodes, model = falling.state.nodes, falling.model
+    chosen = stable_step_of_meridian(model, nodes, falling.sweep)
+    parts = (nodes.x, nodes.z, nodes.u, nodes.w)
+    start = np.concatenate([part[1:-1] for part in parts])
+    kept = [part.copy() for part in nodes]
+
+    def after(change: Floats, length: float) -> Floats:
+        for part, old in zip(nodes, kept, strict=True):
+            part[:] = old
+        for part, values in zip(parts, np.split(start + change, 4), strict=True):
+            part[1:-1] = values
+        sweep_meridian(model, falling.state, falling.sweep, length, length)
+        return np.concatenate([part[1:-1] for part in parts])
+
+    def swings(length: float) -> bool:
+        tiny = 1e-6
+        columns = [(after(tiny * unit, length) - after(-tiny * unit, length)) / (2 * tiny) for unit in np.eye(len(start))]
+        return bool(np.linalg.eigvals(np.array(columns).T).real.min() < -1.0)
+
+    low, high = 0.5, 3.0
+    while high - low > 0.002:
+        middle = 0.5 * (low + high)
+        low, high = (low, middle) if swings(middle * chosen) else (middle, high)
+    assert 1.0 < low < 1.25

@@ -15,7 +15,6 @@ from softbrake.kernels.jit import kernel
 from softbrake.kernels.lobes import part_meridian_lobes
 from softbrake.kernels.motion import push_cargo
 from softbrake.kernels.pressure import pressure_at, update_damped_pressure
-from softbrake.kernels.timestep import fastest_rate
 from softbrake.state import PAD, History, Outcome, Peak
 
 ONE = uint64(1)
@@ -323,12 +322,18 @@ def book_meridian(now, work, meridian, columns, dt, n1):
 
 @kernel
 def stable_step_of_meridian(model, nodes, meridian):
-    """Return the step (s) at Courant coefficient 1 as stable_step does. Reads model, nodes. Writes meridian.e, rate."""
-    n1, fabric = model.n1, model.fabric
+    """Return the step (s) at Courant coefficient 1: as stable_step, but no wave runs around the hoop.
+
+    w^2 <= (4 k1 + k2)/m, the trace of the stiffness that Poisson's coupling joins: k1 of an edge to the force along it, or of its
+    tension to that across; k2 of the breathing hoop, side^2 of what its polygon's edges have. Damping D likewise.
+    Reads model, nodes. Writes meridian.e, rate.
+    """
+    n1, fabric, mass = model.n1, model.fabric, model.mass
+    stiffness, viscosity = model.belts.stiffness, model.belts.viscosity
     e, rate = meridian.e, meridian.rate
-    per_1, per_2 = 1.0 / fabric.h1, 1.0 / model.contact.cover_radius
+    aspect, per_1, per_2 = fabric.h2 / fabric.h1, 1.0 / fabric.h1, 1.0 / model.contact.cover_radius
+    breathing = fabric.h2 * per_2 * per_2  # side^2/h2
     gas_damping = 2.0 * model.pressure.damping * model.pressure.most * fabric.h1 * fabric.h2
-    mass, stiffness, viscosity = model.mass, model.belts.stiffness, model.belts.viscosity
     for i in range(uint64(n1)):
         dx = nodes.x[i + ONE] - nodes.x[i]
         dz = nodes.z[i + ONE] - nodes.z[i]
@@ -336,7 +341,13 @@ def stable_step_of_meridian(model, nodes, meridian):
     for i in range(ONE, uint64(n1)):
         e1 = max(e[i - ONE], e[i], 0.0)
         e2 = max(abs(nodes.x[i]) * per_2 - 1.0, 0.0)
-        rate[i] = fastest_rate(fabric, e1, e2, mass[i], stiffness[i], viscosity[i], gas_damping)
+        wide_1 = (1.0 + fabric.true_tension * e1) * fabric.h1
+        wide_2 = (1.0 + fabric.true_tension * e2) * aspect
+        edge = max(fabric.c11, (fabric.c11 * e1 + fabric.c12 * e2) / (1.0 + e1)) * wide_2
+        square = (4.0 * edge + breathing * (fabric.c22 * wide_1 + stiffness[i])) / mass[i]
+        damping = 4.0 * fabric.viscosity * wide_2 + breathing * (fabric.viscosity * wide_1 + viscosity[i])
+        damping = (damping + gas_damping * (1.0 + e1) * (1.0 + e2)) / mass[i]
+        rate[i] = damping + sqrt(damping * damping + 4.0 * square)
     fastest = 0.0
     for i in range(ONE, uint64(n1)):
         fastest = max(fastest, rate[i])
