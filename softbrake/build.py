@@ -16,6 +16,7 @@ from softbrake.state import (
     Fabric,
     Floats,
     History,
+    Lobes,
     Meridian,
     Model,
     Nodes,
@@ -92,6 +93,7 @@ def build_model(case: Case) -> Model:
         mass=line_mass * h2,
         fabric=fabric,
         belts=belts,
+        lobes=_lobes(belts.width if "belts" in case.contact else np.zeros(n1 + 1)),
         pressure=Pressure(
             law=int(PressureLaw[law.law.upper()]),
             value=law.value,
@@ -104,6 +106,7 @@ def build_model(case: Case) -> Model:
         ),
         contact=Contact(
             ground=0.0 if "ground" in case.contact else -inf,
+            friction=case.friction,
             cover=int("cover" in case.contact),
             cover_radius=radius,
             cargo=int("cargo" in case.contact),
@@ -230,3 +233,11 @@ def _overlap(height: float, width: float, n1: int, h1: float) -> Floats:
     shared: Floats = np.maximum(upper - lower, 0.0)
     shared[shared < SLIVER * shared.max()] = 0.0
     return shared * (width / float(shared.sum()))
+
+
+def _lobes(belt_width: Floats) -> Lobes:
+    """Rows next to each belt, below and above; a belt next to a held row has no free rows on that side: left out."""
+    carries = np.diff((belt_width > 0.0).astype(np.int64))
+    below, above = np.flatnonzero(carries == 1), np.flatnonzero(carries == -1) + 1
+    free = (below > 0) & (above < len(belt_width) - 1)
+    return Lobes(below[free], above[free])

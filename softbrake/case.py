@@ -9,7 +9,20 @@ from pathlib import Path
 from typing import Any, Literal
 
 from softbrake.checker import Checker, Values, last_given, listed
-from softbrake.keys import ALTERNATIVES, AXIS, BELTS, CONTACT, LAW, LISTED_BELT, PRESSURE, SECTIONS, TOP, schema, starter
+from softbrake.keys import (
+    ALTERNATIVES,
+    BELTS,
+    CONTACT,
+    CONTACT_SETS,
+    LAW,
+    LISTED_BELT,
+    PRESSURE,
+    SECTIONS,
+    TOP,
+    UNKNOWN_CONTACT,
+    schema,
+    starter,
+)
 from softbrake.overrides import apply_override
 from softbrake.yamlnodes import Node, Place, YamlError, join, parse
 
@@ -132,7 +145,8 @@ class Case:
     fabric: Fabric
     belts: tuple[Belt, ...]
     cargo: Cargo
-    contact: tuple[str, ...]  # ground, cover, cargo, axis: what stops the fabric
+    contact: tuple[str, ...]  # what stops the fabric, of keys.CONTACT
+    friction: float  # Coulomb's coefficient on ground and cover
     pressure: Pressure
     grid: Grid
     time: Time
@@ -232,6 +246,7 @@ class _CaseChecker(Checker):
             belts=belts,
             cargo=Cargo(**{"diameter": shell["diameter"], "height": None, **cargo}),
             contact=contact,
+            friction=top["friction"],
             pressure=pressure,
             grid=Grid(**grid),
             time=Time(**time),
@@ -296,11 +311,15 @@ class _CaseChecker(Checker):
     def contact(self, root: Node, model: Values) -> tuple[str, ...]:
         assert isinstance(root.value, dict)
         node = root.value.get("contact")
-        parts = CONTACT if model.get("fidelity") == "axisymmetric" else tuple(part for part in CONTACT if part != AXIS)
-        if node is None:
-            return parts
+        fidelity = model.get("fidelity", "axisymmetric")
+        known = tuple(part for part in CONTACT if part not in UNKNOWN_CONTACT[fidelity])
+        word = node.value if node is not None else "full"
+        if isinstance(word, str) and word in CONTACT_SETS:
+            return tuple(part for part in CONTACT_SETS[word] if part in known)
+        assert node is not None
         items = node.value if isinstance(node.value, list) else [node]
-        wanted = f"{', '.join(parts)}, or a list of them, is wanted"
+        parts = f"{', '.join(known)}, or a list of them"
+        wanted = f"{parts}, is wanted" if isinstance(node.value, list) else f"{', '.join(CONTACT_SETS)}, {parts}, is wanted"
         named: list[Any] = []
         for number, item in enumerate(items):
             path = join("contact", number) if isinstance(node.value, list) else "contact"
@@ -310,9 +329,10 @@ class _CaseChecker(Checker):
                 self.fault(item.place, path, f"unknown part '{item.value}'", wanted)
             elif item.value in named:
                 self.fault(item.place, path, f"'{item.value}' is named twice", "once is wanted")
-            elif item.value not in parts and "fidelity" in model:
-                fault = f"only the axisymmetric shell meets '{item.value}'"
-                self.fault(item.place, path, fault, f"fidelity: axisymmetric, or no '{item.value}' is wanted")
+            elif item.value not in known:
+                others = [name for name, unknown in UNKNOWN_CONTACT.items() if item.value not in unknown]
+                fault = f"the {fidelity} shell does not know '{item.value}'"
+                self.fault(item.place, path, fault, f"fidelity: {' or '.join(others)}, or no '{item.value}' is wanted")
             named.append(item.value)
         return tuple(part for part in CONTACT if part in named)
 

@@ -111,11 +111,13 @@ PRESSURE = {
 }
 LAW = Key("law", tuple(PRESSURE), "over time; sine is (2.10)", "constant", required=True)
 
-AXIS = "axis"  # of the axisymmetric shell, whose hoops cannot pass through it
-CONTACT = ("ground", "cover", "cargo", AXIS)  # what stops the fabric
+CONTACT = ("ground", "belts", "cover", "cargo", "axis", "folds")  # what stops the fabric
+UNKNOWN_CONTACT = {"full": ("axis",), "sector": ("axis", "folds"), "axisymmetric": ()}  # by fidelity
+CONTACT_SETS = {"full": ("ground", "cover", "cargo", "axis", "folds"), "paper": ("ground", "belts")}
 TOP = (
     Key("title", str, "heads the results", "My drop", computed="name of the file"),
     Key("gravity", Dimension.ACCELERATION, "downwards", "9.80665 m/s^2", default=9.80665, least=0),
+    Key("friction", Dimension.RATIO, "Coulomb's coefficient of fabric on ground and cover", "0.3", default=0.0, least=0),
 )
 SECTIONS: dict[str, tuple[Key, ...]] = {
     "shell": (
@@ -178,7 +180,7 @@ ALTERNATIVES: dict[str, Alternatives] = {
     "fabric": ((("E",), ("E11", "E22")), (("damping_ratio",), ("viscosity",))),
     "belts": ((("layers",), ("stiffness", "line_density")),),
 }
-_CONTACT = "what stops the fabric; default all, the axis for the axisymmetric shell"
+_CONTACT = "what stops the fabric: full, paper, or a list of parts; default full"
 
 
 def needed(section: str) -> list[Key]:
@@ -198,8 +200,8 @@ def schema() -> dict[str, Any]:
     stack |= {"required": ["count"], "if": {"properties": {"count": {"const": 0}}}, "else": choices}
     listed = {"type": "array", "items": _section_schema(LISTED_BELT, ALTERNATIVES["belts"])}
     properties["belts"] = {"description": "ring belts; none when left out", "oneOf": [stack, listed]}
-    parts = {"enum": list(CONTACT)}
-    properties["contact"] = {"description": _CONTACT, "oneOf": [parts, {"type": "array", "items": parts, "uniqueItems": True}]}
+    some: dict[str, Any] = {"type": "array", "items": {"enum": list(CONTACT)}, "uniqueItems": True}
+    properties["contact"] = {"description": _CONTACT, "oneOf": [{"enum": [*CONTACT_SETS, *CONTACT]}, some]}
     properties["pressure"] = {"oneOf": [_pressure_schema(law) for law in PRESSURE]}
     return {
         "$schema": "https://json-schema.org/draft/2020-12/schema",
@@ -271,7 +273,7 @@ def starter() -> str:
         "# The schema for your editor: softbrake schema > case.schema.json. A bare number is in the unit in brackets.",
     ]
     lines += [_starter_line(key, "", key.name in ("title", "gravity")) for key in TOP]
-    lines.append(f"contact: [{', '.join(part for part in CONTACT if part != AXIS)}]".ljust(34) + f"# {_CONTACT}")
+    lines.append("contact: full".ljust(34) + f"# {_CONTACT}")
     for name, keys in SECTIONS.items():
         live = needed(name)
         lines.append(f"{name}:")

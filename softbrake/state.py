@@ -41,8 +41,9 @@ class History(IntEnum):
     WORK_BELTS = 15  # J, done by the belts' elastic tensions
     WORK_GRAVITY = 16  # J
     WORK_GROUND = 17  # J, lost where fabric is stopped by the ground
-    WORK_CONTACT = 18  # J, of contact on fabric and cargo
+    WORK_CONTACT = 18  # J, lost in contact, and in friction on the ground
     CONTACT_FORCE = 19  # N, of the fabric on cover and cargo, up positive; part of the cover force
+    GROUND_AREA = 20  # m^2, of fabric and lower cover on the ground
 
 
 UNITS = {
@@ -66,6 +67,7 @@ UNITS = {
     History.WORK_GROUND: "J",
     History.WORK_CONTACT: "J",
     History.CONTACT_FORCE: "N",
+    History.GROUND_AREA: "m^2",
 }
 
 
@@ -127,6 +129,13 @@ class Belts(NamedTuple):
     viscosity: Floats  # N s
 
 
+class Lobes(NamedTuple):
+    """Where condition (2.5) looks, each (belts,); none where it is not asked for."""
+
+    below: Ints  # row next to each belt on its lower side
+    above: Ints  # on its upper side
+
+
 class Pressure(NamedTuple):
     """Constants of Eqs. (2.10), (2.11)."""
 
@@ -144,6 +153,7 @@ class Contact(NamedTuple):
     """What stops the fabric."""
 
     ground: float  # m, of the ground: 0, or -inf without contact
+    friction: float  # Coulomb's coefficient on ground and cover
     cover: int  # 1: the disc under the cargo, from both sides
     cover_radius: float  # m
     cargo: int  # 1: the cylinder on the cover
@@ -176,6 +186,7 @@ class Model(NamedTuple):
     mass: Floats  # kg, of a node of each row, (n1+1,)
     fabric: Fabric
     belts: Belts
+    lobes: Lobes
     pressure: Pressure
     contact: Contact
     sector: Sector
@@ -216,7 +227,7 @@ class Work(NamedTuple):
     belts: Floats
     gravity: Floats
     ground: Floats
-    contact: Floats  # with cover and cargo
+    contact: Floats  # of what stops the fabric but the ground, and of friction
 
 
 class State(NamedTuple):
@@ -300,6 +311,7 @@ class ByColumn(NamedTuple):
     kinetic: Floats  # J
     lift: Floats  # N s, of the ground on the fabric of the row under way
     impulse: Floats  # N s, of the ground on the fabric of all rows so far
+    on_ground: Floats  # m^2, of the fabric on the ground
     on_cargo: Floats  # N s, of the fabric on cover and cargo, upwards
     rate: Floats  # 1/s, fastest, for the choice of the step
 

@@ -31,6 +31,7 @@ SCENES = {
     "belts, viscosity, damping": ("paper", ("pressure.damping=0.002",), 0.06),
     "belts between rows, nominal tension": ("belts-list", (), 0.03),
     "no belts": ("no-belts", ("fabric.E22=15 kN/m", "fabric.nu12=0.3"), 0.04),
+    "lobes at the belts, friction": ("paper", ("contact=paper", "friction=0.3"), 0.03),
     "sine pressure": ("sine", ("pressure.damping=0.02",), 0.04),
     "compression": ("no-belts", ("fabric.slack=compression", "pressure.damping=0.01"), 0.01),
 }
@@ -301,7 +302,7 @@ def test_axisymmetric_shell_that_bursts() -> None:
             ["model.fidelity=axisymmetric", "model.scheme=cell"],
             "model.scheme: the axisymmetric shell has the edge scheme only; scheme: edge or fidelity: full is wanted",
         ),
-        (["contact=axis"], "contact: only the axisymmetric shell meets 'axis'; fidelity: axisymmetric, or no 'axis' is wanted"),
+        (["contact=axis"], "contact: the full shell does not know 'axis'; fidelity: axisymmetric, or no 'axis' is wanted"),
         (["model.fidelity=round"], "model.fidelity: unknown value 'round'; full or sector or axisymmetric is wanted"),
     ],
 )
@@ -315,5 +316,5 @@ def test_everything_stops_the_fabric_by_default(tmp_path: Path) -> None:
     file = tmp_path / "case.yaml"
     text = (CONFIGS / "paper.yaml").read_text(encoding="utf-8").split("\n")
     file.write_text("\n".join(line for line in text if not line.startswith("contact")), encoding="utf-8")
-    assert load_case(file).contact == ("ground", "cover", "cargo")
-    assert load_case(file, PARTS["axisymmetric"]).contact == ("ground", "cover", "cargo", "axis")
+    assert load_case(file).contact == ("ground", "cover", "cargo", "folds")
+    assert load_case(file, PARTS["axisymmetric"]).contact == ("ground", "cover", "cargo", "axis", "folds")

@@ -8,10 +8,11 @@ from math import inf, sqrt
 
 from numba import uint64
 
-from softbrake.kernels.contact import GAP, allowed_place, foresee
+from softbrake.kernels.contact import GAP, allowed_place, foresee, jolt, slowed
 from softbrake.kernels.course import STEPS_PER_STEP_CHOICE, begin_step, end_step, raise_peak, record
 from softbrake.kernels.geometry import SMALLEST_SQUARE
 from softbrake.kernels.jit import kernel
+from softbrake.kernels.lobes import part_meridian_lobes
 from softbrake.kernels.motion import push_cargo
 from softbrake.kernels.pressure import pressure_at, update_damped_pressure
 from softbrake.kernels.timestep import fastest_rate
@@ -47,9 +48,12 @@ def sweep_meridian(model, state, meridian, dt, length):
         for i in range(uint64(n1 + 1)):
             meridian.pressure[i] = pressure
     near = push_meridian(fabric, nodes, meridian, work, contact, step, mass, side, n1)  # (2.8), (2.9), (3.4)
+    if contact.friction > 0.0:
+        rub_meridian(nodes, meridian, work, contact, mass, length, n1)
     impulse = 0.0
     if near != 0:
         impulse = press_meridian(nodes, meridian, work, contact, step, mass, n1)
+    part_meridian_lobes(nodes, work, meridian, model.lobes, contact.ground, mass, length, n1)  # (2.5)
 
     below = uint64(n1 - 1)
     pull = meridian.force[below] * meridian.z[below]
@@ -71,6 +75,7 @@ def sweep_meridian(model, state, meridian, dt, length):
     add_belt_work(meridian, work, dt)
     on_ground = gas_on_cover - meridian.pressure[0] * meridian.area.z[FIRST] - meridian.force[0] * meridian.z[0]
     now[History.GROUND_FORCE] = columns * (on_ground + mass[0] * model.gravity)
+    now[History.GROUND_AREA] = columns * model.cover_area
     book_forces(now, state.peaks, meridian, columns, dt, n1)
     return height
 
@@ -204,6 +209,14 @@ def push_meridian(fabric, nodes, meridian, work, contact, step, mass, side, n1):
 
 
 @kernel
+def rub_meridian(nodes, meridian, work, contact, mass, length, n1):
+    """Slow what the ground stopped in the push, by Coulomb's law. Writes nodes, meridian.kinetic, work.contact."""
+    for i in range(ONE, uint64(n1)):
+        lost = slowed(nodes.u[i], 0.0, contact.friction * meridian.lift[i] / mass[i]) - 1.0
+        jolt(nodes, work, meridian, i, i, mass[i], length, lost * nodes.u[i], 0.0, 0.0)
+
+
+@kernel
 def press_meridian(nodes, meridian, work, contact, step, mass, n1):
     """Hold the pushed nodes off cover, cargo and axis by impulses at n+1/2, after the push and besides it.
 
@@ -213,7 +226,7 @@ def press_meridian(nodes, meridian, work, contact, step, mass, n1):
     touching = (contact.cover == 1 or contact.cargo == 1) and step.next_cover > 0.0
     least = GAP if contact.axis == 1 else -inf
     length, impulse, per_length = step.length, 0.0, 1.0 / step.length
-    x, z, u, w, kinetic, on_contact = nodes.x, nodes.z, nodes.u, nodes.w, meridian.kinetic, work.contact
+    x, z, u, w = nodes.x, nodes.z, nodes.u, nodes.w
     for i in range(ONE, uint64(n1)):
         new_x, pushed_z = x[i], z[i] - step.next_cover
         new_z = pushed_z
@@ -223,16 +236,12 @@ def press_meridian(nodes, meridian, work, contact, step, mass, n1):
         new_x = max(new_x, least)
         if new_x == x[i] and new_z == pushed_z:
             continue
-        change_u = (new_x - x[i]) * per_length
-        change_w = (new_z - pushed_z) * per_length
-        taken = mass[i] * (change_u * (u[i] + 0.5 * change_u) + change_w * (w[i] + 0.5 * change_w))
-        impulse -= mass[i] * change_w
-        kinetic[i] += taken
-        on_contact[i] += taken
-        x[i] = new_x
-        z[i] += length * change_w
-        u[i] += change_u
-        w[i] += change_w
+        jump_u = (new_x - x[i]) * per_length
+        jump_w = (new_z - pushed_z) * per_length
+        if contact.friction > 0.0 and abs(new_z) == step.gap:  # on the cover
+            jump_u = slowed(u[i] + jump_u, 0.0, contact.friction * abs(jump_w)) * (u[i] + jump_u) - u[i]
+        impulse -= mass[i] * jump_w
+        jolt(nodes, work, meridian, i, i, mass[i], length, jump_u, 0.0, jump_w)
     return impulse
 
 
@@ -259,15 +268,17 @@ def add_belt_work(meridian, work, dt):
 
 @kernel
 def book_forces(now, peaks, meridian, columns, dt, n1):
-    """Write the largest tensions of the step and the ground's impulse on the fabric to now, and raise the peaks."""
-    largest_1, largest_2, largest_belt, lift = 0.0, 0.0, 0.0, 0.0
+    """Write the largest tensions of the step, the ground's impulse on the fabric and its area to now; raise the peaks."""
+    largest_1, largest_2, largest_belt, lift, area = 0.0, 0.0, 0.0, 0.0, 0.0
     for i in range(uint64(n1)):
         largest_1 = max(largest_1, meridian.tension_1[i])
         largest_2 = max(largest_2, meridian.tension_2[i])
         lift += meridian.lift[i]
+        area -= min(meridian.area.z[FIRST + i], 0.0) if meridian.lift[i] > 0.0 else 0.0
     for k in range(meridian.belt_rows.size):
         largest_belt = max(largest_belt, meridian.belt_tension[meridian.belt_rows[k]])
     now[History.GROUND_FORCE] += columns * (lift / dt)
+    now[History.GROUND_AREA] += columns * area
     now[History.TENSION_GENERATRIX] = largest_1
     now[History.TENSION_HOOP] = largest_2
     now[History.TENSION_BELT] = largest_belt

@@ -38,6 +38,7 @@ def push_row(nodes, force, area, pressure, mean, work, by_column, contact, step,
         work.ground[j] += mass * (w - free) * mean_w
         by_column.lift[j] = mass * (w - free)
         by_column.impulse[j] += mass * (w - free)
+        by_column.on_ground[j] -= min(area.z[b], 0.0) if w > free else 0.0
         by_column.kinetic[j] += 0.5 * mass * (u * u + v * v + w * w)
         mean.x[c] = mean_u
         mean.y[c] = mean_v
@@ -48,18 +49,18 @@ def push_row(nodes, force, area, pressure, mean, work, by_column, contact, step,
         nodes.x[a] += length * u
         nodes.y[a] += length * v
         nodes.z[a] = max(nodes.z[a] + length * w, ground)
-    close_rows(nodes, mean, step.sector, node, row, columns)
+    close_nodes(nodes, step.sector, node, columns)
+    turn_row(mean.x, mean.y, step.sector, row, columns)
+    close_row(mean.z, row, columns)
 
 
 @kernel
-def close_rows(nodes, mean, sector, node, row, columns):
-    """Close a row of nodes and of their mean velocities."""
+def close_nodes(nodes, sector, node, columns):
+    """Close a row of nodes."""
     turn_row(nodes.x, nodes.y, sector, node, columns)
     close_row(nodes.z, node, columns)
     turn_row(nodes.u, nodes.v, sector, node, columns)
     close_row(nodes.w, node, columns)
-    turn_row(mean.x, mean.y, sector, row, columns)
-    close_row(mean.z, row, columns)
 
 
 @kernel

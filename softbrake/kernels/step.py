@@ -2,7 +2,7 @@
 
 from numba import uint64
 
-from softbrake.kernels.contact import foresee, press_row
+from softbrake.kernels.contact import any_above, foresee, press_row, rub_row
 from softbrake.kernels.course import STEPS_PER_STEP_CHOICE, begin_step, end_step, raise_peak, record
 from softbrake.kernels.fabric import (
     add_cell_forces,
@@ -18,6 +18,7 @@ from softbrake.kernels.fabric import (
 from softbrake.kernels.geometry import add_area_vectors, update_edges
 from softbrake.kernels.jit import kernel
 from softbrake.kernels.ledger import add_cargo_work, add_cell_work, add_edge_work, add_shear_work, update_top
+from softbrake.kernels.lobes import part_lobes
 from softbrake.kernels.motion import hold_row, lift_row, push_cargo, push_row, vertical_forces
 from softbrake.kernels.pressure import pressure_at, update_damped_pressure
 from softbrake.kernels.timestep import stable_step
@@ -45,6 +46,7 @@ def sweep_rows(model, state, sweep, dt, length):
     g, h, belt, cells, mean, on_nodes = sweep.generatrix, sweep.hoop, sweep.belt, sweep.cells, sweep.mean, sweep.pressure
     force, force_above, area, area_above = sweep.force, sweep.force_above, sweep.area, sweep.area_above
     top_1, top_2, top_belt, by_column = sweep.top_generatrix, sweep.top_hoop, sweep.top_belt, sweep.by_column
+    heights, rising, lobes = nodes.z, nodes.w, model.lobes
     elastic, viscous, elastic_belts = work.elastic, work.viscous, work.belts
     edge_scheme = model.scheme == Scheme.EDGE
     shear = fabric.g12 > 0.0
@@ -105,9 +107,12 @@ def sweep_rows(model, state, sweep, dt, length):
             hold_row(mean, row, n2, 0.0)
         elif i < n1:
             push_row(nodes, force, area, on_nodes, mean, work, by_column, contact, step, mass[i], node, row, n2)  # (3.2)
-            if touching:
-                press_row(nodes, area, on_nodes, mean, work, by_column, contact, step, mass[i], node, row, n2)
+            if contact.friction > 0.0:
+                rub_row(nodes, force, work, by_column, contact, step, mass[i], node, n2)
+            if touching and any_above(heights, rising, step, node, n2):
+                press_row(nodes, force, work, by_column, contact, step, mass[i], node, n2)
         else:
+            part_lobes(nodes, work, by_column, lobes, contact.ground, model.sector, mass, length, stride, n1, n2)  # (2.5)
             tension, gas = vertical_forces(force, area, on_nodes, n2)
             impulse = total(by_column.on_cargo)
             now[History.CONTACT_FORCE] = sectors * (impulse / dt)
@@ -130,6 +135,7 @@ def sweep_rows(model, state, sweep, dt, length):
         if i > 0 and shear:
             add_shear_work(g, h, cells, mean, elastic, below, hoop_below, hoop, below, below, row, dt, n2)
     book_forces(now, peaks, top_1, top_2, top_belt, by_column, n1, dt, sectors)
+    now[History.GROUND_AREA] = sectors * (model.cover_area + total(by_column.on_ground))
     return height
 
 
@@ -161,6 +167,7 @@ def clear_sums(top_1, top_2, top_belt, by_column):
     top_belt.tension[:] = 0.0
     by_column.kinetic[:] = 0.0
     by_column.impulse[:] = 0.0
+    by_column.on_ground[:] = 0.0
     by_column.on_cargo[:] = 0.0
 
 
