@@ -1,9 +1,11 @@
 """The whole shell, a sector of it and the axisymmetric shell are one computation for as long as the shell keeps its symmetry."""
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
+from test_lobes import groove
 
 import softbrake
 from softbrake.build import grid_view
@@ -133,6 +135,8 @@ CRUSHED = {  # configuration, overrides, end (s)
     "along the cargo's side": ("no-belts", ("pressure.damping=0.01",), 1.0),
     "belts, along the cargo's side": ("paper", ("pressure.damping=0.01",), 1.0),
     "between cover and narrow cargo": ("paper", ("pressure.damping=0.01", "cargo.diameter=0.2"), 0.105),
+    "friction on cover": ("paper", ("pressure.damping=0.01", "cargo.diameter=0.2", "friction=0.3"), 0.105),
+    "friction on ground": ("paper", ("friction=0.3",), 0.045),
 }
 
 
@@ -151,6 +155,24 @@ def test_contact_agrees_to_round_off(scene: str) -> None:
         assert distance(full, part) < EXACT, name
         assert other[-1, :7] == pytest.approx(history[-1, :7], rel=1e-9, abs=1e-6)  # up to the cover force
         assert other[:, History.CONTACT_FORCE] == pytest.approx(history[:, History.CONTACT_FORCE], abs=1e-6)
+
+
+@pytest.mark.parametrize("contact", ["paper", "ground"])
+def test_lobes_at_a_belt_agree_to_round_off(contact: str) -> None:
+    """Condition (2.5) in the plane of the generatrix: the lobes of test_lobes.py closing on each other."""
+    full = groove(contact)
+    case = replace(full.case, model=replace(full.case.model, fidelity="axisymmetric"))
+    part = Drop(case)
+    for values, all_columns in zip(part.state.nodes, full.state.nodes, strict=True):
+        values[:] = grid_view(all_columns, full.model)[:, 0]
+    part.state.now[:] = full.state.now
+    part.state.kinetic_start[:] = full.state.kinetic_start
+    for falling in (full, part):
+        advance_to(falling, 1e-3)
+    assert (full.now(History.WORK_CONTACT) < -0.1) == (contact == "paper")  # J
+    assert part.now(History.WORK_CONTACT) == pytest.approx(full.now(History.WORK_CONTACT), rel=1e-9)
+    assert distance(full, part) < EXACT
+    assert abs(part.energy_error()) < 1e-13
 
 
 @pytest.mark.parametrize("config", ["paper", "no-belts"])
