@@ -156,7 +156,7 @@ def test_ring_converges_in_time_with_second_order(layers: int, fidelity: str) ->
     belts.append(f"model.fidelity={fidelity}")
     ring = PAPER_RING._replace(stiffness=STIFFNESS * (1 + layers), density=0.05 * (1 + layers)).polygon(24)
     errors = []
-    for courant in (0.8, 0.4, 0.2):
+    for courant in (0.08, 0.04, 0.02) if fidelity == "axisymmetric" else (0.8, 0.4, 0.2):  # 1 is the limit of the ring itself
         falling = drop(*RINGS, *belts, "grid.hoop=24", f"time.courant={courant}", config="paper" if layers else "no-belts")
         times, stretches = follow_ring(falling, 1 / ring.frequency)
         errors.append(np.abs(stretches - ring.stretch(times)).max())
