@@ -167,8 +167,7 @@ def test_lobes_at_a_belt_agree_to_round_off(contact: str) -> None:
         values[:] = grid_view(all_columns, full.model)[:, 0]
     part.state.now[:] = full.state.now
     part.state.kinetic_start[:] = full.state.kinetic_start
-    for falling in (full, part):
-        advance_to(falling, 1e-3)
+    follow(part, advance_to(full, 1e-3))
     assert (full.now(History.WORK_CONTACT) < -0.1) == (contact == "paper")  # J
     assert part.now(History.WORK_CONTACT) == pytest.approx(full.now(History.WORK_CONTACT), rel=1e-9)
     assert distance(full, part) < EXACT

@@ -80,7 +80,7 @@ def test_normal_points_to_the_gas() -> None:
 
 
 def groove(contact: str) -> Drop:
-    """A shell whose lobes fold over the belt in the middle and fly at each other at 10 m/s."""
+    """A shell whose lobes fold over the belt in the middle and fly at each other, the upper one at 10 m/s, the lower at 4."""
     drop = Drop(
         softbrake.load_case(
             PAPER,
@@ -105,7 +105,7 @@ def groove(contact: str) -> Drop:
             radius = 0.25 + 0.025 * away
             x[row], y[row] = radius * np.cos(angle), radius * np.sin(angle)
             z[row] = 0.3 + side * 0.004
-            w[row] = -side * 10.0
+            w[row] = -10.0 if side > 0 else 4.0
     mass = model.n2 * model.mass
     kinetic = 0.5 * (mass[1:-1] * grid_view(nodes.w, model)[1:-1, 0] ** 2).sum() + 0.5 * (model.cargo_mass + mass[-1]) * 0.1**2
     drop.state.now[History.KINETIC_ENERGY] = drop.state.kinetic_start[0] = kinetic
@@ -125,10 +125,10 @@ def test_lobes_at_a_belt_stay_apart(contact: str, apart: bool) -> None:
         z = grid_view(nodes.z, model)
         nearest = min(nearest, (z[13] - z[11]).min())
         assert abs(drop.energy_error()) < 1e-13
-        symmetric = (grid_view(nodes.w, model)[1:-1] * model.mass[1:-1, None]).sum()
-        assert symmetric - momentum == pytest.approx(0.0, abs=0.05)  # against 0.25 N s of either side
+        both = (grid_view(nodes.w, model)[1:-1] * model.mass[1:-1, None]).sum()
+        assert both == pytest.approx(momentum, rel=0.02)  # the cloth at the edge of the lobes pulls a little
     if apart:
-        assert nearest > 0.5 * GAP
+        assert nearest > 0.0
         assert drop.now(History.WORK_CONTACT) < -0.1 * energy
     else:
         assert nearest < -1e-3
