@@ -60,7 +60,11 @@ def build_model(case: Case) -> Model:
         c21=cloth.nu12 * cloth.E11 / contraction,
         g12=cloth.G12,
         viscosity=cloth.viscosity,
-        floor=0.0 if cloth.slack == "cut" else -inf,
+        residual=cloth.residual,
+        floor=-inf if cloth.slack == "compression" else 0.0,
+        relax_1=cloth.nu12 * cloth.E11 / cloth.E22,
+        relax_2=cloth.nu21 * cloth.E22 / cloth.E11,
+        kept=0.0 if cloth.slack == "wrinkle" else inf,
         true_tension=float(true_tension),
     )
     share = np.full(n1 + 1, h1)

@@ -17,6 +17,7 @@ from softbrake.keys import (
     LAW,
     LISTED_BELT,
     PRESSURE,
+    RESIDUAL,
     SECTIONS,
     TOP,
     UNKNOWN_CONTACT,
@@ -66,7 +67,8 @@ class Fabric:
     areal_density: float  # kg/m^2, unloaded
     viscosity: float  # N s/m, resolved from damping_ratio where that was given
     law: Literal["true_tension", "nominal_tension"]
-    slack: Literal["cut", "compression"]
+    slack: Literal["cut", "wrinkle", "compression"]
+    residual: float  # stiffness in compression, part of that in tension
 
 
 @dataclass(frozen=True)
@@ -259,6 +261,12 @@ class _CaseChecker(Checker):
         if node is None:
             return {}
         fabric = self.section(node, "fabric", SECTIONS["fabric"], ALTERNATIVES["fabric"])
+        slack = fabric.get("slack")
+        if slack == "compression" and "residual" in fabric:
+            place, where = last_given(node, "fabric", ["slack", "residual"])
+            self.fault(place, where, "fabric that resists compression has no residual", "slack: cut or wrinkle is wanted")
+        elif slack is not None:
+            fabric.setdefault("residual", RESIDUAL[slack])
         if "E" in fabric:
             fabric["E11"] = fabric["E22"] = fabric.pop("E")
         if not {"nu12", "nu21", "E11", "E22"} <= fabric.keys():

@@ -112,6 +112,7 @@ PRESSURE = {
 LAW = Key("law", tuple(PRESSURE), "over time; sine is (2.10)", "constant", required=True)
 
 CONTACT = ("ground", "belts", "cover", "cargo", "axis", "folds")  # what stops the fabric
+RESIDUAL = {"cut": 0.0, "wrinkle": 0.005, "compression": 1.0}  # default by what slack fabric does
 UNKNOWN_CONTACT = {"full": ("axis",), "sector": ("axis", "folds"), "axisymmetric": ()}  # by fidelity
 CONTACT_SETS = {"full": ("ground", "cover", "cargo", "axis", "folds"), "paper": ("ground", "belts")}
 TOP = (
@@ -141,7 +142,16 @@ SECTIONS: dict[str, tuple[Key, ...]] = {
             "true_tension",
             default="true_tension",
         ),
-        Key("slack", ("cut", "compression"), "what slack fabric does", "cut", default="cut"),
+        Key("slack", tuple(RESIDUAL), "what slack fabric does", "cut", default="cut"),
+        Key(
+            "residual",
+            Dimension.RATIO,
+            "stiffness in compression, part of that in tension",
+            "0.5 %",
+            computed="0 (cut), 0.5 % (wrinkle)",
+            least=0,
+            most=1,
+        ),
     ),
     "belts": BELTS,
     "cargo": (

@@ -116,7 +116,11 @@ class Fabric(NamedTuple):
     c21: float  # N/m, nu12 E11/(1 - nu12 nu21), of e11 in T22
     g12: float  # N/m
     viscosity: float  # N s/m
-    floor: float  # N/m, least tension: 0 where slack fabric is cut, else -inf
+    residual: float  # stiffness in compression, part of that in tension
+    floor: float  # N/m, below which viscosity does not pull tensions: 0, or -inf where fabric resists compression
+    relax_1: float  # contraction around the hoop per e11 that leaves no tension there, c21/c22
+    relax_2: float  # contraction along the generatrix per e22, c12/c11
+    kept: float  # contraction beyond that before it counts as wrinkles: 0 in a tension field, else inf
     true_tension: float  # 1: tensions per deformed width; 0: per unloaded width
 
 

@@ -120,15 +120,27 @@ class Tensions(NamedTuple):
     elastic: Floats
 
 
-def tensions(elastic: Floats, viscous: Floats, floor: float) -> Tensions:
-    return Tensions(np.maximum(elastic + viscous, floor), np.maximum(elastic, floor))
+def tensions(fabric: Fabric, hooke: Floats, viscous: Floats) -> Tensions:
+    elastic = np.where(hooke < 0.0, fabric.residual * hooke, hooke)
+    least = np.full_like(elastic, -np.inf) if fabric.floor < 0.0 else np.minimum(elastic, 0.0)
+    return Tensions(np.maximum(hooke + viscous, least), elastic)
+
+
+def wrinkled(fabric: Fabric, e1: Floats, e2: Floats) -> tuple[Floats, Floats]:
+    """Elongations across, of what pulls along the generatrix and around the hoop: as they are, or those of wrinkled fabric."""
+    if fabric.kept > 0.0:
+        return e2, e1
+    slack_2 = fabric.c22 * e2 + fabric.c21 * e1 < 0.0
+    slack_1 = fabric.c11 * e1 + fabric.c12 * e2 < 0.0
+    return np.where(slack_2, -fabric.c21 / fabric.c22 * e1, e2), np.where(slack_1, -fabric.c12 / fabric.c11 * e2, e1)
 
 
 def fabric_tensions(fabric: Fabric, e1: Floats, e2: Floats, rate_1: Floats, rate_2: Floats) -> tuple[Tensions, Tensions]:
     """(2.9)"""
+    across_1, across_2 = wrinkled(fabric, e1, e2)
     return (
-        tensions(fabric.c11 * e1 + fabric.c12 * e2, fabric.viscosity * rate_1, fabric.floor),
-        tensions(fabric.c22 * e2 + fabric.c21 * e1, fabric.viscosity * rate_2, fabric.floor),
+        tensions(fabric, fabric.c11 * e1 + fabric.c12 * across_1, fabric.viscosity * rate_1),
+        tensions(fabric, fabric.c22 * e2 + fabric.c21 * across_2, fabric.viscosity * rate_2),
     )
 
 
@@ -174,8 +186,8 @@ def edge_forces(fabric: Fabric, x: Floats, v: Floats) -> tuple[Floats, Floats]:
     """Forces of the fabric on the nodes, N: of generatrix and hoop edges, whole tensions; second value: elastic ones."""
     edge, s = differences(x), stretches(fabric, x, v)
     generatrix, hoop = edge_tensions(fabric, x, v)
-    width_1 = fabric.h2 * (1.0 + fabric.true_tension * around_1(s.e2))
-    width_2 = fabric.h1 * (1.0 + fabric.true_tension * around_2(s.e1))
+    width_1 = fabric.h2 * (1.0 + fabric.true_tension * wrinkled(fabric, s.e1, around_1(s.e2))[0])
+    width_2 = fabric.h1 * (1.0 + fabric.true_tension * wrinkled(fabric, around_2(s.e1), s.e2[FREE])[1])
     direction_1 = edge.along_1 / length(edge.along_1)[..., None]
     direction_2 = (edge.along_2 / length(edge.along_2)[..., None])[FREE]
     results = []
@@ -214,7 +226,8 @@ def cell_forces(fabric: Fabric, x: Floats, v: Floats) -> tuple[Floats, Floats]:
     s = cell_means(x, v, fabric)
     r1, r2 = cell_directions(fabric, x)
     l1, l2 = r1 / (1.0 + s.e1)[..., None], r2 / (1.0 + s.e2)[..., None]
-    wide_1, wide_2 = 1.0 + fabric.true_tension * s.e1, 1.0 + fabric.true_tension * s.e2
+    across_1, across_2 = wrinkled(fabric, s.e1, s.e2)
+    wide_1, wide_2 = 1.0 + fabric.true_tension * across_2, 1.0 + fabric.true_tension * across_1
     generatrix, hoop = cell_tensions(fabric, x, v)
     results = []
     for t1, t2 in ((generatrix.whole, hoop.whole), (generatrix.elastic, hoop.elastic)):
@@ -234,7 +247,8 @@ def belt_loads(model: Model, x: Floats, v: Floats) -> Tensions:
     """Loads (N) of the belts on the hoop edges of the free rows, (n1-1, n2); zero where a row has no belt. (2.3)"""
     s = stretches(model.fabric, x, v)
     stiffness, coupling, viscosity = (part[FREE, None] for part in model.belts[1:])
-    return tensions(stiffness * s.e2[FREE] + coupling * around_2(s.e1), viscosity * s.rate_2[FREE], 0.0)
+    hooke = stiffness * s.e2[FREE] + coupling * around_2(s.e1)
+    return Tensions(np.maximum(hooke + viscosity * s.rate_2[FREE], 0.0), np.maximum(hooke, 0.0))
 
 
 def belt_forces(model: Model, x: Floats, v: Floats) -> tuple[Floats, Floats]:

@@ -345,7 +345,7 @@ def test_fault_in_another_section(section: str, message: str) -> None:
             "E: 1\n  G12: -1",
             ["4:8: fabric.G12: -1 is out of range; a force per length >= 0 such as '0 N/m' is wanted"],
         ),
-        ("E: 20 kN/m", "E: 1\n  slack: no", ["4:10: fabric.slack: unknown value 'no'; cut or compression is wanted"]),
+        ("E: 20 kN/m", "E: 1\n  slack: no", ["4:10: fabric.slack: unknown value 'no'; cut or wrinkle or compression is wanted"]),
         (
             "E: 20 kN/m",
             "law: nominal_tension\n  E11: 20 kN/m\n  E22: 10 kN/m\n  nu12: 0.2\n  nu21: 0.2",

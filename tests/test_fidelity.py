@@ -36,6 +36,7 @@ SCENES = {
     "no belts": ("no-belts", ("fabric.E22=15 kN/m", "fabric.nu12=0.3"), 0.04),
     "lobes at the belts, friction": ("paper", ("contact=paper", "friction=0.3"), 0.03),
     "sine pressure": ("sine", ("pressure.damping=0.02",), 0.04),
+    "wrinkles": ("paper", ("fabric.slack=wrinkle", "pressure.damping=0.01"), 0.04),
     "compression": ("no-belts", ("fabric.slack=compression", "pressure.damping=0.01"), 0.01),
 }
 SOLID = "contact=[ground, cover, cargo]"

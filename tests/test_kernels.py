@@ -42,6 +42,8 @@ TABLE = "{law: table, times: [0 s, 1 ms, 0.1 s], values: [5 kPa, 15 kPa, 0 Pa], 
 VARIANTS = {
     "edge, cut": (),
     "edge, nominal, compression": ("fabric.law=nominal_tension", "fabric.nu21=0.3125", "fabric.slack=compression"),
+    "edge, wrinkle": ("fabric.slack=wrinkle",),
+    "cell, nominal, wrinkle": ("model.scheme=cell", "fabric.law=nominal_tension", "fabric.nu21=0.3125", "fabric.slack=wrinkle"),
     "cell, cut, table": ("model.scheme=cell", f"pressure={TABLE}"),
     "cell, nominal, compression, no belts, no shear, no damping": (
         "model.scheme=cell",
@@ -590,3 +592,54 @@ def test_stop_on_the_ground(step: float) -> None:
     within, outcome = event_time(5e-4, -1.0, 1000.0, step)
     assert outcome in (Outcome.IMPACT, Outcome.STOPPED)
     assert within == pytest.approx(1e-3, rel=1e-7)
+
+
+# ---------------------------------------------------------------------------------------------------------------------------
+# Slack fabric
+
+
+def uniform_tensions(e1: float, e2: float, *overrides: str) -> tuple[float, float]:
+    """Force per unloaded width (N/m), along the generatrix and around the hoop, of evenly stretched fabric."""
+    drop = make_drop(*overrides)
+    cloth, sweep = drop.model.fabric, drop.sweep
+    for edges, e, spacing in ((sweep.generatrix, e1, cloth.h1), (sweep.hoop, e2, cloth.h2)):
+        edges.e[:], edges.rate[:], edges.inverse[:] = e, 0.0, 1.0 / (spacing * (1.0 + e))
+    row = np.uint64(PAD)
+    fabric.update_generatrix_tension(cloth, sweep.generatrix, sweep.hoop, row, row, row, drop.model.n2)
+    fabric.update_hoop_tension(cloth, sweep.hoop, sweep.generatrix, row, row, row, drop.model.n2)
+    one = sweep.generatrix.force[PAD] * cloth.h1 * (1.0 + e1) / cloth.h2
+    two = sweep.hoop.force[PAD] * cloth.h2 * (1.0 + e2) / cloth.h1
+    return float(one), float(two)
+
+
+@pytest.mark.parametrize(("law", "true"), [("true_tension", 1.0), ("nominal_tension", 0.0)])
+def test_tension_field(law: str, true: float) -> None:
+    """Taut both ways: Hooke. Wrinkled: E e along the wrinkles, on the width that tension leaves; residual stiffness across."""
+    overrides = ("fabric={E11: 20 kN/m, E22: 16 kN/m, nu12: 0.25, nu21: 0.3125, viscosity: 0, areal_density: 0.05 kg/m^2, "
+                 f"law: {law}, slack: wrinkle, residual: 0.01}}",)  # fmt: skip
+    part = 1.0 - 0.25 * 0.3125
+
+    def hooke(e1: float, e2: float) -> tuple[float, float]:
+        return (20e3 * e1 + 0.3125 * 16e3 * e2) / part, (16e3 * e2 + 0.25 * 20e3 * e1) / part
+
+    taut = hooke(0.05, -0.01)  # e2 < 0, but less than the contraction 0.3125 e1 of the wrinkled one
+    assert uniform_tensions(0.05, -0.01, *overrides) == pytest.approx((taut[0] * (1 - 0.01 * true), taut[1] * (1 + 0.05 * true)))
+    assert hooke(0.05, -0.3)[1] < 0.0
+    natural = -0.3125 * 0.05
+    found = uniform_tensions(0.05, -0.3, *overrides)
+    assert found == pytest.approx((20e3 * 0.05 * (1 + natural * true), 0.01 * 16e3 * -0.3 * (1 + 0.25 * 0.3 * true)))
+    found = uniform_tensions(-0.2, 0.04, *overrides)
+    assert found[1] == pytest.approx(16e3 * 0.04 * (1 - 0.25 * 0.04 * true))
+    slack = uniform_tensions(-0.1, -0.2, *overrides)
+    assert slack[0] < 0.0 and slack[1] < 0.0
+    assert max(abs(tension) for tension in slack) < 0.011 * 20e3 * 0.2
+    at_rest = uniform_tensions(-0.1, -0.2, *overrides, "fabric.residual=0")
+    assert at_rest == (0.0, 0.0)
+
+
+def test_tension_field_is_continuous() -> None:
+    """Across each border between taut, wrinkled and slack: tensions move no more than strains times the stiffness."""
+    path = np.linspace(-0.05, 0.05, 2001)
+    for line in ((path, 0.02 + 0.0 * path), (0.02 + 0.0 * path, path), (path, -path), (path, path)):
+        tensions = np.array([uniform_tensions(e1, e2, "fabric.slack=wrinkle") for e1, e2 in zip(*line, strict=True)])
+        assert np.abs(np.diff(tensions, axis=0)).max() < 1.5e-4 * 20e3

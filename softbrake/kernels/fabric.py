@@ -1,7 +1,9 @@
 """Tensions of fabric and belts, Eqs. (2.9), (2.3), and the forces they put on the nodes, Eqs. (2.2), (2.8), (3.2).
 
-An elastic tension is cut at `floor`, and so is its sum with the viscous one: slack fabric carries nothing (floor 0), or
-resists compression (floor -inf). What the cut takes from the sum counts as viscous work, which so is never positive.
+In compression an elastic tension keeps `residual` of itself: nothing where slack fabric is cut, all of it where it resists
+compression. The viscous one does not pull the sum below that, or zero; what this takes from the sum counts as viscous work, which
+so is never positive. In a tension field (kept = 0) fabric that contracts across by more than tension makes it do is wrinkled:
+that much neither takes tension away nor narrows it, so it pulls with E e.
 Force per unloaded width is T (1 + e) with the elongation e across for true tensions, T for nominal ones (true_tension 1, 0).
 """
 
@@ -31,9 +33,10 @@ def update_generatrix_tension(fabric, generatrix, hoop, edge, lower, upper, colu
         a = lower + j
         b = upper + j
         across = 0.25 * (hoop.e[a - ONE] + hoop.e[a] + hoop.e[b - ONE] + hoop.e[b])
+        across = max(across, -fabric.relax_1 * generatrix.e[c] - fabric.kept)
         hooke = fabric.c11 * generatrix.e[c] + fabric.c12 * across
-        elastic = max(hooke, fabric.floor)
-        tension = max(hooke + fabric.viscosity * generatrix.rate[c], fabric.floor)
+        elastic = max(hooke, fabric.residual * hooke)
+        tension = max(hooke + fabric.viscosity * generatrix.rate[c], min(elastic, 0.0) + fabric.floor)
         per_length = fabric.h2 * (1.0 + fabric.true_tension * across) * generatrix.inverse[c]
         generatrix.tension[c] = tension
         generatrix.force[c] = tension * per_length
@@ -52,9 +55,10 @@ def update_hoop_tension(fabric, hoop, generatrix, edge, below, above, columns):
         a = below + j
         b = above + j
         across = 0.25 * (generatrix.e[a - ONE] + generatrix.e[a] + generatrix.e[b - ONE] + generatrix.e[b])
+        across = max(across, -fabric.relax_2 * hoop.e[c] - fabric.kept)
         hooke = fabric.c22 * hoop.e[c] + fabric.c21 * across
-        elastic = max(hooke, fabric.floor)
-        tension = max(hooke + fabric.viscosity * hoop.rate[c], fabric.floor)
+        elastic = max(hooke, fabric.residual * hooke)
+        tension = max(hooke + fabric.viscosity * hoop.rate[c], min(elastic, 0.0) + fabric.floor)
         per_length = fabric.h1 * (1.0 + fabric.true_tension * across) * hoop.inverse[c]
         hoop.tension[c] = tension
         hoop.force[c] = tension * per_length
@@ -103,20 +107,24 @@ def update_cell_tension(fabric, generatrix, hoop, cells, edge, lower, upper, cel
         c = cell + j - ONE
         e1 = 0.5 * (generatrix.e[g] + generatrix.e[g + ONE])
         e2 = 0.5 * (hoop.e[a] + hoop.e[b])
-        hooke_1 = fabric.c11 * e1 + fabric.c12 * e2
-        hooke_2 = fabric.c22 * e2 + fabric.c21 * e1
+        across_1 = max(e2, -fabric.relax_1 * e1 - fabric.kept)
+        across_2 = max(e1, -fabric.relax_2 * e2 - fabric.kept)
+        hooke_1 = fabric.c11 * e1 + fabric.c12 * across_1
+        hooke_2 = fabric.c22 * e2 + fabric.c21 * across_2
+        elastic_1 = max(hooke_1, fabric.residual * hooke_1)
+        elastic_2 = max(hooke_2, fabric.residual * hooke_2)
         viscous_1 = 0.5 * fabric.viscosity * (generatrix.rate[g] + generatrix.rate[g + ONE])
         viscous_2 = 0.5 * fabric.viscosity * (hoop.rate[a] + hoop.rate[b])
-        tension_1 = max(hooke_1 + viscous_1, fabric.floor)
-        tension_2 = max(hooke_2 + viscous_2, fabric.floor)
-        per_length_1 = 0.25 * fabric.h2 / fabric.h1 * (1.0 + fabric.true_tension * e2) / max(1.0 + e1, SMALLEST_STRETCH)
-        per_length_2 = 0.25 * fabric.h1 / fabric.h2 * (1.0 + fabric.true_tension * e1) / max(1.0 + e2, SMALLEST_STRETCH)
+        tension_1 = max(hooke_1 + viscous_1, min(elastic_1, 0.0) + fabric.floor)
+        tension_2 = max(hooke_2 + viscous_2, min(elastic_2, 0.0) + fabric.floor)
+        per_length_1 = 0.25 * fabric.h2 / fabric.h1 * (1.0 + fabric.true_tension * across_1) / max(1.0 + e1, SMALLEST_STRETCH)
+        per_length_2 = 0.25 * fabric.h1 / fabric.h2 * (1.0 + fabric.true_tension * across_2) / max(1.0 + e2, SMALLEST_STRETCH)
         generatrix.tension[g] = tension_1
         hoop.tension[a] = tension_2
         cells.force_1[c] = tension_1 * per_length_1
         cells.force_2[c] = tension_2 * per_length_2
-        cells.elastic_1[c] = max(hooke_1, fabric.floor) * per_length_1
-        cells.elastic_2[c] = max(hooke_2, fabric.floor) * per_length_2
+        cells.elastic_1[c] = elastic_1 * per_length_1
+        cells.elastic_2[c] = elastic_2 * per_length_2
 
 
 @kernel

@@ -98,15 +98,17 @@ def update_generatrix(fabric, nodes, meridian, side, n1):
         e = square * inverse * per_1 - 1.0
         rate = (dx * (u[j] - u[i]) + dz * (w[j] - w[i])) * inverse * per_1
         across = half * (abs(x[i]) + abs(x[j])) - 1.0
+        across = max(across, -fabric.relax_1 * e - fabric.kept)
         hooke = fabric.c11 * e + fabric.c12 * across
-        tension = max(hooke + fabric.viscosity * rate, fabric.floor)
+        elastic = max(hooke, fabric.residual * hooke)
+        tension = max(hooke + fabric.viscosity * rate, min(elastic, 0.0) + fabric.floor)
         per_length = fabric.h2 * (1.0 + fabric.true_tension * across) * inverse
         meridian.x[i] = dx
         meridian.z[i] = dz
         meridian.e[i] = e
         meridian.tension_1[i] = tension
         meridian.force[i] = tension * per_length
-        meridian.elastic[i] = max(hooke, fabric.floor) * per_length
+        meridian.elastic[i] = elastic * per_length
 
 
 @kernel
@@ -171,10 +173,13 @@ def push_meridian(fabric, nodes, meridian, work, contact, step, mass, side, n1):
         b = i - ONE
         sign = 1.0 if x[i] >= 0.0 else -1.0
         across = 0.5 * (e[b] + e[i])
-        hooke = fabric.c22 * (abs(x[i]) * per_2 - 1.0) + fabric.c21 * across
-        tension = max(hooke + fabric.viscosity * sign * u[i] * per_2, fabric.floor)
+        hoop = abs(x[i]) * per_2 - 1.0
+        across = max(across, -fabric.relax_2 * hoop - fabric.kept)
+        hooke = fabric.c22 * hoop + fabric.c21 * across
+        elastic = max(hooke, fabric.residual * hooke)
+        tension = max(hooke + fabric.viscosity * sign * u[i] * per_2, min(elastic, 0.0) + fabric.floor)
         inwards = side * fabric.h1 * (1.0 + fabric.true_tension * across) * sign
-        elastic = max(hooke, fabric.floor) * inwards
+        elastic *= inwards
         force_x = force[i] * dx[i] - force[b] * dx[b] - tension * inwards - belt[i]
         force_z = force[i] * dz[i] - force[b] * dz[b]
         gas_x = on_node[i] * area_x[FIRST + i]
