@@ -25,7 +25,7 @@ from benchmarks.calibration import Calibration
 from softbrake.build import build_sweep
 from softbrake.case import Case, load_case
 from softbrake.drop import Diverged, Drop
-from softbrake.kernels.step import STEPS_PER_STEP_CHOICE
+from softbrake.kernels.course import STEPS_PER_STEP_CHOICE
 from softbrake.kernels.timestep import stable_step
 from softbrake.results import read_summary
 from softbrake.state import Floats, Outcome

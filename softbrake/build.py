@@ -1,6 +1,7 @@
 """Case -> Model, State, Sweep: the one place that allocates their arrays."""
 
-from math import inf, pi, sin
+from dataclasses import replace
+from math import cos, inf, pi, sin
 
 import numpy as np
 
@@ -15,6 +16,8 @@ from softbrake.state import (
     Fabric,
     Floats,
     History,
+    Lobes,
+    Meridian,
     Model,
     Nodes,
     Peak,
@@ -22,6 +25,7 @@ from softbrake.state import (
     PressureLaw,
     Rows,
     Scheme,
+    Sector,
     State,
     Sweep,
     Top,
@@ -38,10 +42,12 @@ def build_model(case: Case) -> Model:
     the mass of the cloth halfway to its neighbours, and of the belts there; a belt is shared by the rows in proportion to the
     part of its width that lies in each one's half cells.
     """
-    n1, n2 = case.grid.generatrix, case.grid.hoop
+    n1, hoop = case.grid.generatrix, case.grid.hoop
+    n2 = {"full": hoop, "sector": case.model.sector or 0, "axisymmetric": 1}[case.model.fidelity]
+    sectors = hoop // n2
     radius = 0.5 * case.shell.diameter
     h1 = case.shell.height / n1
-    h2 = 2.0 * radius * sin(pi / n2)
+    h2 = 2.0 * radius * sin(pi / hoop)
     cloth = case.fabric
     contraction = 1.0 - cloth.nu12 * cloth.nu21
     true_tension = cloth.law == "true_tension"
@@ -81,12 +87,13 @@ def build_model(case: Case) -> Model:
         courant=case.time.courant,
         end=case.time.end,
         gravity=case.gravity,
-        cargo_mass=case.cargo.mass,
-        cover_area=0.5 * n2 * radius * radius * sin(2.0 * pi / n2),
+        cargo_mass=case.cargo.mass / sectors,
+        cover_area=0.5 * n2 * radius * radius * sin(2.0 * pi / hoop),
         most_gas_work=most_pressure * pi * case.shell.diameter**2 * case.shell.height,
         mass=line_mass * h2,
         fabric=fabric,
         belts=belts,
+        lobes=_lobes(belts.width if "belts" in case.contact else np.zeros(n1 + 1)),
         pressure=Pressure(
             law=int(PressureLaw[law.law.upper()]),
             value=law.value,
@@ -99,29 +106,38 @@ def build_model(case: Case) -> Model:
         ),
         contact=Contact(
             ground=0.0 if "ground" in case.contact else -inf,
+            friction=case.friction,
             cover=int("cover" in case.contact),
             cover_radius=radius,
             cargo=int("cargo" in case.contact),
             cargo_radius=0.5 * case.cargo.diameter,
             cargo_height=inf if case.cargo.height is None else case.cargo.height,
+            axis=int("axis" in case.contact),
+        ),
+        sector=Sector(
+            copies=float(sectors),
+            cos=1.0 if sectors == 1 else cos(2.0 * pi / sectors),
+            sin=0.0 if sectors == 1 else sin(2.0 * pi / sectors),
         ),
     )
 
 
 def build_state(case: Case, model: Model) -> State:
     """Return the state at first contact: unloaded shell, all of it falling with the cargo but the row on the ground."""
-    angle = 2.0 * pi * (np.arange(model.stride) - PAD) / model.n2
+    one_column = case.model.fidelity == "axisymmetric"
+    stride = 1 if one_column else model.stride
+    angle = np.zeros(1) if one_column else 2.0 * pi * (np.arange(stride) - PAD) / case.grid.hoop
     radius = 0.5 * case.shell.diameter
-    nodes = Nodes(*_rows(model.n1 + 1, model.stride, Nodes._fields))
+    nodes = Nodes(*_rows(model.n1 + 1, stride, Nodes._fields))
     height = np.linspace(0.0, case.shell.height, model.n1 + 1)[:, None]
-    nodes.x.reshape(-1, model.stride)[:] = radius * np.cos(angle)
-    nodes.y.reshape(-1, model.stride)[:] = radius * np.sin(angle)
-    nodes.z.reshape(-1, model.stride)[:] = height
-    nodes.w.reshape(-1, model.stride)[:] = np.where(height > 0.0, -case.cargo.velocity, 0.0)
+    nodes.x.reshape(-1, stride)[:] = radius * np.cos(angle)
+    nodes.y.reshape(-1, stride)[:] = radius * np.sin(angle)
+    nodes.z.reshape(-1, stride)[:] = height
+    nodes.w.reshape(-1, stride)[:] = np.where(height > 0.0, -case.cargo.velocity, 0.0)
     now = np.zeros(len(History))
     now[History.HEIGHT] = case.shell.height
     now[History.VELOCITY] = -case.cargo.velocity
-    moving = model.cargo_mass + model.n2 * model.mass[1:].sum()
+    moving = model.sector.copies * (model.cargo_mass + model.n2 * model.mass[1:].sum())
     now[History.KINETIC_ENERGY] = 0.5 * moving * case.cargo.velocity**2
     return State(
         nodes=nodes,
@@ -131,7 +147,7 @@ def build_state(case: Case, model: Model) -> State:
         last_step=np.zeros(1),
         kinetic_start=np.array([now[History.KINETIC_ENERGY]]),
         peaks=np.zeros((len(Peak), 3)),
-        work=Work(*(np.zeros(model.n2) for _ in Work._fields)),
+        work=Work(*(_aligned(model.n1 + 1 if one_column else model.n2) for _ in Work._fields)),
     )
 
 
@@ -156,8 +172,36 @@ def build_sweep(model: Model) -> Sweep:
     )
 
 
+def build_meridian(model: Model) -> Meridian:
+    """Return the scratch arrays of a step of the axisymmetric shell."""
+    nodes = model.n1 + 1
+    scratch = {name: _aligned(nodes) for name in Meridian._fields if name not in ("area", "belt_rows")}
+    area = Rows(*_rows(1, PAD + nodes, Rows._fields))
+    return Meridian(**scratch, area=area, belt_rows=np.flatnonzero(model.belts.width))
+
+
+def whole_shell(case: Case, state: State) -> tuple[Model, Nodes]:
+    """Return the model of the whole shell, and its nodes by turning the columns that were computed."""
+    whole = build_model(replace(case, model=replace(case.model, fidelity="full", sector=None)))
+    model = build_model(case)
+    nodes = Nodes(*_rows(whole.n1 + 1, whole.stride, Nodes._fields))
+    turn, column = np.divmod(np.arange(whole.stride) - PAD, model.n2)
+    angle = 2.0 * pi * turn / model.sector.copies
+    parts = (
+        [values[:, None] for values in state.nodes]
+        if case.model.fidelity == "axisymmetric"
+        else [values.reshape(whole.n1 + 1, -1)[:, PAD + column] for values in state.nodes]
+    )
+    x, y, z, u, v, w = (values.reshape(whole.n1 + 1, whole.stride) for values in nodes)
+    for (a, b), (old_a, old_b) in zip(((x, y), (u, v)), (parts[0:2], parts[3:5]), strict=True):
+        a[:] = np.cos(angle) * old_a - np.sin(angle) * old_b
+        b[:] = np.sin(angle) * old_a + np.cos(angle) * old_b
+    z[:], w[:] = parts[2], parts[5]
+    return whole, nodes
+
+
 def grid_view(flat: Floats, model: Model) -> Floats:
-    """Return a flat array of the nodes as a view of shape (n1+1, n2), without the copied columns."""
+    """Return a flat array of the nodes as a view of shape (n1+1, n2), without the copied columns; not of the axisymmetric."""
     return flat.reshape(model.n1 + 1, model.stride)[:, PAD : PAD + model.n2]
 
 
@@ -166,7 +210,7 @@ def initial_energy(case: Case, model: Model) -> float:
     heights = np.linspace(0.0, case.shell.height, model.n1 + 1)
     mass = model.n2 * model.mass
     mass[-1] += model.cargo_mass
-    return float(0.5 * mass[1:].sum() * case.cargo.velocity**2 + case.gravity * (mass @ heights))
+    return float(model.sector.copies * (0.5 * mass[1:].sum() * case.cargo.velocity**2 + case.gravity * (mass @ heights)))
 
 
 def _rows(count: int, stride: int, fields: tuple[str, ...]) -> list[Floats]:
@@ -189,3 +233,11 @@ def _overlap(height: float, width: float, n1: int, h1: float) -> Floats:
     shared: Floats = np.maximum(upper - lower, 0.0)
     shared[shared < SLIVER * shared.max()] = 0.0
     return shared * (width / float(shared.sum()))
+
+
+def _lobes(belt_width: Floats) -> Lobes:
+    """Rows next to each belt, below and above; a belt next to a held row has no free rows on that side: left out."""
+    carries = np.diff((belt_width > 0.0).astype(np.int64))
+    below, above = np.flatnonzero(carries == 1), np.flatnonzero(carries == -1) + 1
+    free = (below > 0) & (above < len(belt_width) - 1)
+    return Lobes(below[free], above[free])

@@ -9,7 +9,20 @@ from pathlib import Path
 from typing import Any, Literal
 
 from softbrake.checker import Checker, Values, last_given, listed
-from softbrake.keys import ALTERNATIVES, BELTS, CONTACT, LAW, LISTED_BELT, PRESSURE, SECTIONS, TOP, schema, starter
+from softbrake.keys import (
+    ALTERNATIVES,
+    BELTS,
+    CONTACT,
+    CONTACT_SETS,
+    LAW,
+    LISTED_BELT,
+    PRESSURE,
+    SECTIONS,
+    TOP,
+    UNKNOWN_CONTACT,
+    schema,
+    starter,
+)
 from softbrake.overrides import apply_override
 from softbrake.yamlnodes import Node, Place, YamlError, join, parse
 
@@ -110,6 +123,8 @@ class Model:
     """Numerical model."""
 
     scheme: Literal["edge", "cell"]  # cell is (3.2) as printed
+    fidelity: Literal["full", "sector", "axisymmetric"]
+    sector: int | None  # columns of the one sector that is computed (sector)
 
 
 @dataclass(frozen=True)
@@ -130,7 +145,8 @@ class Case:
     fabric: Fabric
     belts: tuple[Belt, ...]
     cargo: Cargo
-    contact: tuple[str, ...]  # ground, cover, cargo: what stops the fabric
+    contact: tuple[str, ...]  # what stops the fabric, of keys.CONTACT
+    friction: float  # Coulomb's coefficient on ground and cover
     pressure: Pressure
     grid: Grid
     time: Time
@@ -198,7 +214,8 @@ def case_to_dict(case: Case) -> dict[str, Any]:
     sections = asdict(case)
     sections["belts"] = list(sections["belts"])
     sections["contact"] = list(sections["contact"])
-    sections["cargo"] = {name: value for name, value in sections["cargo"].items() if value is not None}
+    for name in ("cargo", "model"):
+        sections[name] = {key: value for key, value in sections[name].items() if value is not None}
     keys = ("law", *(key.name for key in PRESSURE[case.pressure.law]))
     pressure = {name: sections["pressure"][name] for name in keys}
     sections["pressure"] = {name: list(value) if isinstance(value, tuple) else value for name, value in pressure.items()}
@@ -214,10 +231,10 @@ class _CaseChecker(Checker):
         grid = self.named(root, "grid")
         belts = self.belts(root, shell, fabric, grid)
         cargo = self.cargo(root, shell)
-        contact = self.contact(root)
+        model = self.model(root, grid)
+        contact = self.contact(root, model)
         pressure = self.pressure(root, shell, cargo, top)
         time = self.named(root, "time")
-        model = self.named(root, "model")
         output = self.named(root, "output")
         if self.faults:
             return None
@@ -229,10 +246,11 @@ class _CaseChecker(Checker):
             belts=belts,
             cargo=Cargo(**{"diameter": shell["diameter"], "height": None, **cargo}),
             contact=contact,
+            friction=top["friction"],
             pressure=pressure,
             grid=Grid(**grid),
             time=Time(**time),
-            model=Model(**model),
+            model=Model(**{"sector": None, **model}),
             output=Output(**{"snapshot_interval": time["end"] / 150, **output}),
         )
 
@@ -270,13 +288,38 @@ class _CaseChecker(Checker):
             self.fault(place, where, fault, f"a diameter up to shell.diameter, {shell['diameter']:g} m, is wanted")
         return cargo
 
-    def contact(self, root: Node) -> tuple[str, ...]:
+    def model(self, root: Node, grid: Values) -> Values:
+        model, node = self.named(root, "model"), self.member(root, "model")
+        fidelity, sector, hoop = model.get("fidelity"), model.get("sector"), grid.get("hoop")
+        if node is None or not isinstance(node.value, dict):
+            return model
+        if fidelity == "sector" and "sector" not in node.value:
+            self.missing(node, "model", next(key for key in SECTIONS["model"] if key.name == "sector"))
+        elif fidelity in ("full", "axisymmetric") and "sector" in node.value:
+            place, where = last_given(node, "model", ["sector", "fidelity"])
+            self.fault(place, where, f"a sector of the {fidelity} shell", "fidelity: sector, or no sector is wanted")
+        elif sector is not None and hoop is not None and hoop % sector:
+            place, where = last_given(node, "model", ["sector"])
+            divisors = ", ".join(str(number) for number in range(1, hoop) if hoop % number == 0)
+            self.fault(place, where, f"{sector} columns do not divide grid.hoop, {hoop}", f"one of {divisors} is wanted")
+        if fidelity == "axisymmetric" and model.get("scheme") == "cell":
+            place, where = last_given(node, "model", ["scheme", "fidelity"])
+            fault = "the axisymmetric shell has the edge scheme only"
+            self.fault(place, where, fault, "scheme: edge or fidelity: full is wanted")
+        return model
+
+    def contact(self, root: Node, model: Values) -> tuple[str, ...]:
         assert isinstance(root.value, dict)
         node = root.value.get("contact")
-        if node is None:
-            return CONTACT
+        fidelity = model.get("fidelity", "axisymmetric")
+        known = tuple(part for part in CONTACT if part not in UNKNOWN_CONTACT[fidelity])
+        word = node.value if node is not None else "full"
+        if isinstance(word, str) and word in CONTACT_SETS:
+            return tuple(part for part in CONTACT_SETS[word] if part in known)
+        assert node is not None
         items = node.value if isinstance(node.value, list) else [node]
-        wanted = f"{', '.join(CONTACT)}, or a list of them, is wanted"
+        parts = f"{', '.join(known)}, or a list of them"
+        wanted = f"{parts}, is wanted" if isinstance(node.value, list) else f"{', '.join(CONTACT_SETS)}, {parts}, is wanted"
         named: list[Any] = []
         for number, item in enumerate(items):
             path = join("contact", number) if isinstance(node.value, list) else "contact"
@@ -286,6 +329,10 @@ class _CaseChecker(Checker):
                 self.fault(item.place, path, f"unknown part '{item.value}'", wanted)
             elif item.value in named:
                 self.fault(item.place, path, f"'{item.value}' is named twice", "once is wanted")
+            elif item.value not in known:
+                others = [name for name, unknown in UNKNOWN_CONTACT.items() if item.value not in unknown]
+                fault = f"the {fidelity} shell does not know '{item.value}'"
+                self.fault(item.place, path, fault, f"fidelity: {' or '.join(others)}, or no '{item.value}' is wanted")
             named.append(item.value)
         return tuple(part for part in CONTACT if part in named)
 

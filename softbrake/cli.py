@@ -80,8 +80,8 @@ def run(
 
     scale = tension_scale(case) if dimensionless else None
     _check_scale(scale)
-    if not quiet and not kernels_cached():
-        typer.echo("compiling kernels (first run only, about 20 s) ...", err=True)
+    if not quiet and not kernels_cached(case):
+        typer.echo("compiling kernels (first run only, about 10 s) ...", err=True)
     try:
         with console.progress(case.shell.height, quiet=quiet) as callback:
             summary = simulate(case, results=results, progress=callback)
@@ -110,6 +110,7 @@ def check(case_file: CaseFile, overrides: Overrides = None) -> None:
         f"{case_file}: OK\n"
         f"  {case.title}\n"
         f"  grid                {case.grid.generatrix} x {case.grid.hoop} cells (generatrix x hoop), {case.model.scheme} scheme\n"
+        f"  fidelity            {case.model.fidelity}{f' of {case.model.sector} columns' if case.model.sector else ''}\n"
         f"  belts               {len(case.belts)}{f' at {heights} m' if heights else ''}\n"
         f"  contact             {', '.join(case.contact) or 'none'}\n"
         f"  viscosity           {case.fabric.viscosity:.4g} N*s/m\n"

@@ -14,14 +14,15 @@ from typing import NamedTuple
 import numpy as np
 
 from softbrake import __version__
-from softbrake.build import build_model, build_state, build_sweep, grid_view, initial_energy
+from softbrake.build import build_meridian, build_model, build_state, build_sweep, grid_view, initial_energy, whole_shell
 from softbrake.case import Case
 from softbrake.kernels.fields import sample_fields
 from softbrake.kernels.jit import CACHE_FOLDER, PACKAGE, hash_sources
+from softbrake.kernels.meridian import advance_meridian
 from softbrake.kernels.pressure import pressure_at
 from softbrake.kernels.step import advance
 from softbrake.results import ResultFile
-from softbrake.state import Floats, History, Model, Outcome, Peak, State, Sweep
+from softbrake.state import Floats, History, Meridian, Model, Nodes, Outcome, Peak, State, Sweep
 from softbrake.summary import ModelUsed, Summary, Work
 from softbrake.summary import Peak as PeakFound
 
@@ -51,9 +52,10 @@ class Diverged(Exception):
         self.summary = summary
 
 
-def kernels_cached() -> bool:
-    """Whether a run starts at once, its kernels having been compiled before."""
-    return any(CACHE_FOLDER.rglob("step.advance-*.nbc"))
+def kernels_cached(case: Case) -> bool:
+    """Whether a run of the case starts at once, its kernels having been compiled before."""
+    driver = "meridian.advance_meridian" if case.model.fidelity == "axisymmetric" else "step.advance"
+    return any(CACHE_FOLDER.rglob(f"{driver}-*.nbc"))
 
 
 def run(case: Case, results: str | Path | None = None, progress: Callable[[Progress], None] | None = None) -> Summary:
@@ -92,7 +94,8 @@ class Drop:
         self.case = case
         self.model: Model = build_model(case)
         self.state: State = build_state(case, self.model)
-        self.sweep: Sweep = build_sweep(self.model)
+        self.axisymmetric = case.model.fidelity == "axisymmetric"
+        self.sweep: Sweep | Meridian = build_meridian(self.model) if self.axisymmetric else build_sweep(self.model)
         self.history: Floats = np.empty((HISTORY_ROWS, len(History)))
         self.kernel_seconds = 0.0
 
@@ -102,7 +105,8 @@ class Drop:
         Returns the new rows, a view that the next call overwrites, and the outcome: RUNNING where it only paused.
         """
         start = time.perf_counter()
-        rows, outcome = advance(self.model, self.state, self.sweep, self.history, self.case.output.history_interval, most, until)
+        kernel = advance_meridian if self.axisymmetric else advance
+        rows, outcome = kernel(self.model, self.state, self.sweep, self.history, self.case.output.history_interval, most, until)
         self.kernel_seconds += time.perf_counter() - start
         return self.history[:rows], Outcome(outcome)
 
@@ -154,15 +158,20 @@ class Drop:
             end_time=self.case.time.end,
         )
 
-    def _fields(self) -> dict[str, Floats]:
-        """Return stretches and tensions (N/m) at the nodes, each (n1+1, n2)."""
+    def whole_shell(self) -> tuple[Model, Nodes]:
+        """Return model and nodes of the whole shell, whatever part of it is computed."""
+        return (self.model, self.state.nodes) if self.case.model.fidelity == "full" else whole_shell(self.case, self.state)
+
+    def fields(self) -> dict[str, Floats]:
+        """Return stretches and tensions (N/m) at the nodes of the whole shell, each (n1+1, cells around the hoop)."""
+        model, nodes = self.whole_shell()
         names = ("stretch_generatrix", "stretch_hoop", "tension_generatrix", "tension_hoop")
-        fields = {name: np.empty((self.model.n1 + 1, self.model.n2)) for name in names}
-        sample_fields(self.model, self.state.nodes, self.sweep, *fields.values())
+        fields = {name: np.empty((model.n1 + 1, model.n2)) for name in names}
+        sample_fields(model, nodes, build_sweep(model), *fields.values())
         return fields
 
     def _snapshot(self, file: ResultFile) -> None:
-        model, nodes, fields = self.model, self.state.nodes, self._fields()
+        (model, nodes), fields = self.whole_shell(), self.fields()
         fields["velocity"] = np.stack([grid_view(part, model) for part in (nodes.u, nodes.v, nodes.w)], axis=-1)
         xyz = np.stack([grid_view(part, model) for part in (nodes.x, nodes.y, nodes.z)], axis=-1)
         file.add_snapshot(
@@ -205,12 +214,12 @@ class Drop:
             time_step=self.now(History.TIME) / steps if steps else 0.0,
             kernel_seconds=self.kernel_seconds,
             wall_seconds=wall_seconds,
-            model=ModelUsed("full", case.grid.generatrix, case.grid.hoop, case.time.courant, case.model.scheme),
+            model=ModelUsed(case.model.fidelity, case.grid.generatrix, case.grid.hoop, case.time.courant, case.model.scheme),
             results=None if file is None else str(file.path),
         )
 
     def _divergence(self) -> str:
-        model, nodes = self.model, self.state.nodes
+        model, nodes = self.whole_shell()
         speed = np.sqrt(sum(grid_view(part, model) ** 2 for part in (nodes.u, nodes.v, nodes.w)))
         row, column = np.unravel_index(int(np.argmax(np.where(np.isfinite(speed), speed, np.inf))), speed.shape)
         kinetic = self.now(History.KINETIC_ENERGY)
@@ -218,7 +227,7 @@ class Drop:
             excess = f"kinetic energy {kinetic:.4g} J, more than start, gravity and gas can have given"
         else:
             excess = "kinetic energy not finite"
-        stretch = float(np.median(self._fields()["stretch_hoop"]))
+        stretch = float(np.median(self.fields()["stretch_hoop"]))
         if stretch > BURST:
             cause = (
                 f"the fabric bursts: half of the hoops, stretched {stretch:.3g} times and more, find no balance with the pressure"

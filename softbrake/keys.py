@@ -111,10 +111,13 @@ PRESSURE = {
 }
 LAW = Key("law", tuple(PRESSURE), "over time; sine is (2.10)", "constant", required=True)
 
-CONTACT = ("ground", "cover", "cargo")  # what stops the fabric
+CONTACT = ("ground", "belts", "cover", "cargo", "axis", "folds")  # what stops the fabric
+UNKNOWN_CONTACT = {"full": ("axis",), "sector": ("axis", "folds"), "axisymmetric": ()}  # by fidelity
+CONTACT_SETS = {"full": ("ground", "cover", "cargo", "axis", "folds"), "paper": ("ground", "belts")}
 TOP = (
     Key("title", str, "heads the results", "My drop", computed="name of the file"),
     Key("gravity", Dimension.ACCELERATION, "downwards", "9.80665 m/s^2", default=9.80665, least=0),
+    Key("friction", Dimension.RATIO, "Coulomb's coefficient of fabric on ground and cover", "0.3", default=0.0, least=0),
 )
 SECTIONS: dict[str, tuple[Key, ...]] = {
     "shell": (
@@ -156,7 +159,17 @@ SECTIONS: dict[str, tuple[Key, ...]] = {
         Key("courant", Dimension.RATIO, "Courant coefficient of the step (3.3), at most 1", "0.5", default=0.5, above=0, most=1),
         Key("end", Dimension.TIME, "of the run, if nothing stops it before", "1 s", default=1.0, above=0),
     ),
-    "model": (Key("scheme", ("edge", "cell"), "cell is (3.2) as printed", "edge", default="edge"),),
+    "model": (
+        Key("scheme", ("edge", "cell"), "cell is (3.2) as printed", "edge", default="edge"),
+        Key(
+            "fidelity",
+            ("full", "sector", "axisymmetric"),
+            "all columns of the hoop, or a part that repeats",
+            "full",
+            default="full",
+        ),
+        Key("sector", int, "columns of the part (sector), which divide grid.hoop", "9", least=1, most=10_000),
+    ),
     "output": (
         Key("snapshot_interval", Dimension.TIME, "between pictures of the shell", "2 ms", computed="time.end/150", above=0),
         Key("history_interval", int, "steps between rows of the history", "1", default=1, least=1),
@@ -167,7 +180,7 @@ ALTERNATIVES: dict[str, Alternatives] = {
     "fabric": ((("E",), ("E11", "E22")), (("damping_ratio",), ("viscosity",))),
     "belts": ((("layers",), ("stiffness", "line_density")),),
 }
-_CONTACT = "what stops the fabric; default all"
+_CONTACT = "what stops the fabric: full, paper, or a list of parts; default full"
 
 
 def needed(section: str) -> list[Key]:
@@ -187,8 +200,8 @@ def schema() -> dict[str, Any]:
     stack |= {"required": ["count"], "if": {"properties": {"count": {"const": 0}}}, "else": choices}
     listed = {"type": "array", "items": _section_schema(LISTED_BELT, ALTERNATIVES["belts"])}
     properties["belts"] = {"description": "ring belts; none when left out", "oneOf": [stack, listed]}
-    parts = {"enum": list(CONTACT)}
-    properties["contact"] = {"description": _CONTACT, "oneOf": [parts, {"type": "array", "items": parts, "uniqueItems": True}]}
+    some: dict[str, Any] = {"type": "array", "items": {"enum": list(CONTACT)}, "uniqueItems": True}
+    properties["contact"] = {"description": _CONTACT, "oneOf": [{"enum": [*CONTACT_SETS, *CONTACT]}, some]}
     properties["pressure"] = {"oneOf": [_pressure_schema(law) for law in PRESSURE]}
     return {
         "$schema": "https://json-schema.org/draft/2020-12/schema",
@@ -260,7 +273,7 @@ def starter() -> str:
         "# The schema for your editor: softbrake schema > case.schema.json. A bare number is in the unit in brackets.",
     ]
     lines += [_starter_line(key, "", key.name in ("title", "gravity")) for key in TOP]
-    lines.append(f"contact: [{', '.join(CONTACT)}]".ljust(34) + f"# {_CONTACT}")
+    lines.append("contact: full".ljust(34) + f"# {_CONTACT}")
     for name, keys in SECTIONS.items():
         live = needed(name)
         lines.append(f"{name}:")

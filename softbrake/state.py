@@ -3,7 +3,9 @@
 Grid. Row i = 0 … n1 counts nodes along the generatrix, from the lower cover on the ground (0) to the upper cover under the
 cargo (n1); column j = 0 … n2-1 counts them around the hoop. A row is stored with one copy of its last column in front and of
 its first column behind, so node (i, j) of a flat array stands at `i*stride + PAD + j`, columns -1 … n2; PAD and stride are
-multiples of eight doubles, a cache line.
+multiples of eight doubles, a cache line. A sector of the shell has fewer columns than the hoop; the rest of the hoop repeats
+it, turned about the axis, so that the copies at both ends of a row are turned as well. The axisymmetric shell is a sector of
+one column, kept as one array along the generatrix: x the radius, y and v zero.
 Suffix _1 is along the generatrix, _2 around the hoop. x3 = z points up.
 """
 
@@ -39,8 +41,9 @@ class History(IntEnum):
     WORK_BELTS = 15  # J, done by the belts' elastic tensions
     WORK_GRAVITY = 16  # J
     WORK_GROUND = 17  # J, lost where fabric is stopped by the ground
-    WORK_CONTACT = 18  # J, of contact on fabric and cargo
+    WORK_CONTACT = 18  # J, lost in contact, and in friction on the ground
     CONTACT_FORCE = 19  # N, of the fabric on cover and cargo, up positive; part of the cover force
+    GROUND_AREA = 20  # m^2, of fabric and lower cover on the ground
 
 
 UNITS = {
@@ -64,6 +67,7 @@ UNITS = {
     History.WORK_GROUND: "J",
     History.WORK_CONTACT: "J",
     History.CONTACT_FORCE: "N",
+    History.GROUND_AREA: "m^2",
 }
 
 
@@ -125,6 +129,13 @@ class Belts(NamedTuple):
     viscosity: Floats  # N s
 
 
+class Lobes(NamedTuple):
+    """Where condition (2.5) looks, each (belts,); none where it is not asked for."""
+
+    below: Ints  # row next to each belt on its lower side
+    above: Ints  # on its upper side
+
+
 class Pressure(NamedTuple):
     """Constants of Eqs. (2.10), (2.11)."""
 
@@ -142,31 +153,43 @@ class Contact(NamedTuple):
     """What stops the fabric."""
 
     ground: float  # m, of the ground: 0, or -inf without contact
+    friction: float  # Coulomb's coefficient on ground and cover
     cover: int  # 1: the disc under the cargo, from both sides
     cover_radius: float  # m
     cargo: int  # 1: the cylinder on the cover
     cargo_radius: float  # m
     cargo_height: float  # m
+    axis: int  # 1: radii of the axisymmetric shell stay positive
+
+
+class Sector(NamedTuple):
+    """How the columns make up the hoop: it repeats them, turned about the axis."""
+
+    copies: float  # sectors in the hoop, 1 where the columns are all of it
+    cos: float  # of the angle of a sector, exactly 1 where there is only one
+    sin: float  # exactly 0 there
 
 
 class Model(NamedTuple):
     """All that stays constant in a run."""
 
     n1: int  # cells along the generatrix
-    n2: int  # cells around the hoop
+    n2: int  # columns: the cells around the hoop, or around one sector of it
     stride: int  # doubles from row to row, see above
     scheme: int  # Scheme
     courant: float
     end: float  # s
     gravity: float  # m/s^2
-    cargo_mass: float  # kg, without the shell
-    cover_area: float  # m^2, of the polygon of the row on the cover
+    cargo_mass: float  # kg, without the shell; one sector's share
+    cover_area: float  # m^2, of the polygon of the row on the cover; one sector's share
     most_gas_work: float  # J, more than gas can give: largest pressure times the volume at twice the diameter
     mass: Floats  # kg, of a node of each row, (n1+1,)
     fabric: Fabric
     belts: Belts
+    lobes: Lobes
     pressure: Pressure
     contact: Contact
+    sector: Sector
 
 
 class Step(NamedTuple):
@@ -178,6 +201,7 @@ class Step(NamedTuple):
     cover: float  # m, height of the cover at n
     next_cover: float  # m, at n+1, as foreseen
     gap: float  # m, kept from the cover by what lies on it
+    sector: Sector
 
 
 class Nodes(NamedTuple):
@@ -192,7 +216,10 @@ class Nodes(NamedTuple):
 
 
 class Work(NamedTuple):
-    """Work on cargo and shell since the start, J, split by column as it is summed; each (n2,)."""
+    """Work on one sector of shell and cargo since the start, J, split by column as it is summed; each (n2,).
+
+    Split by node of the one column, (n1+1,), in the axisymmetric shell.
+    """
 
     pressure: Floats
     elastic: Floats  # of fabric tensions and shear
@@ -200,7 +227,7 @@ class Work(NamedTuple):
     belts: Floats
     gravity: Floats
     ground: Floats
-    contact: Floats  # with cover and cargo
+    contact: Floats  # of what stops the fabric but the ground, and of friction
 
 
 class State(NamedTuple):
@@ -248,6 +275,29 @@ class Rows(NamedTuple):
     z: Floats
 
 
+class Meridian(NamedTuple):
+    """Scratch of the axisymmetric shell's step: values of edges, (n1,), in front, and of nodes, (n1+1,)."""
+
+    x: Floats  # m, edge vector, along the radius
+    z: Floats  # m, upwards
+    e: Floats  # elongation
+    tension_1: Floats  # N/m, T11
+    force: Floats  # N/m, edge force over edge length
+    elastic: Floats  # N/m, its elastic part
+    tension_2: Floats  # N/m, T22 at the nodes
+    belt_tension: Floats  # N/m, N22 at the nodes
+    belt_force: Floats  # N, of the belt on the node, inwards
+    belt_elastic: Floats  # N, its elastic part
+    pressure: Floats  # Pa
+    mean_u: Floats  # m/s, mean of the velocities at n-1/2 and n+1/2 before contact
+    mean_w: Floats  # m/s
+    kinetic: Floats  # J
+    lift: Floats  # N s, of the ground on the node
+    rate: Floats  # 1/s, fastest, for the choice of the step
+    area: Rows  # m^2, area vectors of the nodes outwards; node i at PAD + i
+    belt_rows: Ints  # rows that carry a belt
+
+
 class Top(NamedTuple):
     """Largest tension of the step by column, and its row (i + 1/2 between two rows); each (n2,)."""
 
@@ -261,6 +311,7 @@ class ByColumn(NamedTuple):
     kinetic: Floats  # J
     lift: Floats  # N s, of the ground on the fabric of the row under way
     impulse: Floats  # N s, of the ground on the fabric of all rows so far
+    on_ground: Floats  # m^2, of the fabric on the ground
     on_cargo: Floats  # N s, of the fabric on cover and cargo, upwards
     rate: Floats  # 1/s, fastest, for the choice of the step
 

@@ -366,6 +366,7 @@ def step(model: Model, x: Floats, v: Floats, time: float, dt: float, step: float
         History.ACCELERATION: acceleration,
         History.PRESSURE: uniform,
         History.COVER_FORCE: lift,
+        History.GROUND_AREA: model.cover_area - float(np.minimum(area_vectors(x)[FREE, :, 2], 0.0)[through].sum()),
         History.GROUND_FORCE: on_cover - float(total[0, :, 2].sum()) + float(forces[History.WORK_GROUND][..., 2].sum()),
         **{which: value for which, (value, _) in top.items()},
     }

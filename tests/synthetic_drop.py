@@ -23,10 +23,11 @@ def case(generatrix: int = 36, hoop: int = 90, belts: int = 3) -> Case:
         belts=tuple(Belt(0.6 * (k + 1) / (belts + 1), 1667.0, 0.004, 0.0167) for k in range(belts)),
         cargo=Cargo(100.0, SPEED, 0.5, None),
         contact=("ground",),
+        friction=0.0,
         pressure=Pressure("constant", PRESSURE, 0.0, 0.0, (), (), 0.0),
         grid=Grid(generatrix, hoop),
         time=Time(0.5, 0.3),
-        model=Model("edge"),
+        model=Model("edge", "full", None),
         output=Output(0.002, 10),
     )
 

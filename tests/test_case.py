@@ -230,7 +230,7 @@ END = GOOD.count("\n") + 1
         ("grid: {hoop: 9.5}", "{}:14: grid.hoop: 9.5 is not an integer; an integer >= 8 and <= 10000 such as '90' is wanted"),
         ("grid: {hoop: '90'}", "{}:14: grid.hoop: '90' is not an integer; an integer >= 8 and <= 10000 such as '90' is wanted"),
         ("model: {scheme: cells}", "{}:17: model.scheme: unknown value 'cells'; edge or cell is wanted"),
-        ("model: edge", "{}:8: model: not a mapping; a mapping of scheme is wanted"),
+        ("model: edge", "{}:8: model: not a mapping; a mapping of scheme, fidelity, sector is wanted"),
         ("output:", "{}:8: output: not a mapping; a mapping of snapshot_interval, history_interval is wanted"),
         (
             "output: {history_interval: 0}",
@@ -619,12 +619,16 @@ def test_reading_a_case_loads_no_arrays() -> None:
 
 
 def test_contact_is_all_of_it_or_what_is_named() -> None:
-    assert parse_case(GOOD, "case.yaml").contact == ("ground", "cover", "cargo")
+    assert parse_case(GOOD, "case.yaml").contact == ("ground", "cover", "cargo", "folds")
+    assert parse_case(GOOD + "contact: full\n", "case.yaml") == parse_case(GOOD, "case.yaml")
+    assert parse_case(GOOD + "contact: paper\n", "case.yaml").contact == ("ground", "belts")
     assert parse_case(GOOD + "contact: ground\n", "case.yaml").contact == ("ground",)
     assert parse_case(GOOD + "contact: [cargo, ground]\n", "case.yaml").contact == ("ground", "cargo")
     assert parse_case(GOOD + "contact: []\n", "case.yaml").contact == ()
-    with pytest.raises(CaseError, match=r"contact\.1: unknown part 'clouds'; ground, cover, cargo, or a list of them, is wanted"):
+    with pytest.raises(CaseError, match=r"contact\.1: unknown part 'clouds'; ground, .*folds, or a list of them, is wanted"):
         parse_case(GOOD + "contact: [ground, clouds]\n", "case.yaml")
+    with pytest.raises(CaseError, match="contact: unknown part 'al'; full, paper, ground, .*folds, or a list of them, is wanted"):
+        parse_case(GOOD + "contact: al\n", "case.yaml")
 
 
 def test_cargo_is_as_wide_as_the_cover_or_narrower() -> None:

@@ -18,9 +18,10 @@ from softbrake.build import grid_view
 from softbrake.case import parse_case
 from softbrake.drop import Drop
 from softbrake.kernels import fabric, geometry, pressure
+from softbrake.kernels.course import STEPS_PER_STEP_CHOICE, event_time
 from softbrake.kernels.fields import sample_fields
 from softbrake.kernels.jit import NoAlias
-from softbrake.kernels.step import STEPS_PER_STEP_CHOICE, advance, event_time
+from softbrake.kernels.step import advance
 from softbrake.kernels.timestep import stable_step
 from softbrake.state import PAD, Cells, Edges, Floats, History, Model, Nodes, Outcome, Peak, Pressure, PressureLaw, Rows
 

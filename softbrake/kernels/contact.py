@@ -1,15 +1,27 @@
-"""Contact of the fabric with cover and cargo, node by node: unilateral, without friction or rebound."""
+"""Contact of the fabric with ground, cover and cargo, node by node: unilateral, without rebound."""
 
 from math import sqrt
 
 from numba import uint64
 
 from softbrake.kernels.jit import kernel
-from softbrake.kernels.motion import close_rows
-from softbrake.state import PAD
+from softbrake.kernels.motion import close_nodes
+from softbrake.state import PAD, History, Step
 
 FIRST = uint64(PAD)
 GAP = 1e-6  # m, least distance kept from the cover, so that the side on which cloth lies shows
+BLOW = 100.0  # m/s^2, change of the cargo's acceleration from step to step that the gap allows for
+
+
+@kernel
+def foresee(now, velocity, gravity, sector, dt, length):
+    """Return the Step from n to n+1: dt from n-1/2 to n+1/2 (s), length (s); velocity (m/s) of the cover at n-1/2.
+
+    The cover moves last, by what presses on it; until then its next place is foreseen by its last acceleration.
+    """
+    cover = now[History.HEIGHT]
+    next_cover = cover + length * (velocity + dt * now[History.ACCELERATION])
+    return Step(dt, length, gravity, cover, next_cover, GAP + BLOW * dt * length, sector)
 
 
 @kernel
@@ -46,47 +58,96 @@ def allowed_place(contact, gap, x, y, z, new_x, new_y, new_z):
 
 
 @kernel
-def press_row(nodes, area, pressure, mean, work, by_column, contact, step, mass, node, row, columns):
-    """Hold a row of pushed nodes off cover and cargo, and mend velocities, means and works for the impulses that this takes.
-
-    Reads area, pressure, step, mass as push_row. Writes nodes at offset node, mean at offset row; by_column.on_cargo (N s, of
-    the nodes on cover and cargo, upwards), kinetic; work.
-    """
-    length = step.length
-    near = 0
+def any_above(z, w, step, node, columns):
+    """Return whether a node of a pushed row is above the cover (less the gap), or was before the step. Reads z (m), w (m/s)."""
+    length, now, before = step.length, step.next_cover - step.gap, step.cover - step.gap
+    above = 0
     for j in range(uint64(columns)):
-        z = nodes.z[node + j]
-        near |= int(z > step.next_cover - step.gap) | int(z - length * nodes.w[node + j] > step.cover - step.gap)
-    if near == 0:
-        return
+        above |= int(z[node + j] > now) | int(z[node + j] - length * w[node + j] > before)
+    return above > 0
+
+
+@kernel
+def press_row(nodes, jump, work, by_column, contact, step, mass, node, columns):
+    """Hold a row of pushed nodes off cover and cargo, and rub it on the cover.
+
+    Reads step: a Step; mass (kg) of a node. Writes nodes at offset node; by_column.on_cargo (N s, of the nodes on cover and
+    cargo, upwards); work.contact; jump: scratch.
+    """
+    xs, ys, zs, us, vs, ws = nodes.x, nodes.y, nodes.z, nodes.u, nodes.v, nodes.w
+    jump_x, jump_y, jump_z, on_cargo = jump.x, jump.y, jump.z, by_column.on_cargo
+    length, cover, next_cover, gap, friction = step.length, step.cover, step.next_cover, step.gap, contact.friction
+    per_length = 1.0 / length
+    for j in range(uint64(columns)):
+        u, v, w = us[node + j], vs[node + j], ws[node + j]
+        x, y, z = xs[node + j], ys[node + j], zs[node + j] - next_cover
+        old_z = zs[node + j] - length * w - cover
+        new_x, new_y, new_z = allowed_place(contact, gap, x - length * u, y - length * v, old_z, x, y, z)
+        jump_u, jump_v, jump_w = (new_x - x) * per_length, (new_y - y) * per_length, (new_z - z) * per_length
+        if friction > 0.0 and abs(new_z) == gap:  # on the cover
+            left = slowed(u + jump_u, v + jump_v, friction * abs(jump_w))
+            jump_u = left * (u + jump_u) - u
+            jump_v = left * (v + jump_v) - v
+        jump_x[FIRST + j] = jump_u
+        jump_y[FIRST + j] = jump_v
+        jump_z[FIRST + j] = jump_w
+        on_cargo[j] -= mass * jump_w
+    jolt_row(nodes, jump, work, by_column, step, mass, node, columns)
+
+
+@kernel
+def slowed(u, v, most):
+    """Return what friction leaves of a velocity along a level face, of one, where it takes off at most so much (m/s)."""
+    speed = sqrt(u * u + v * v)
+    return 1.0 - min(most / speed, 1.0) if speed > 0.0 else 1.0
+
+
+@kernel
+def rub_row(nodes, jump, work, by_column, contact, step, mass, node, columns):
+    """Slow what the ground stopped in the push of a row, by Coulomb's law. Reads by_column.lift (N s); jump: scratch."""
+    u, v, jump_x, jump_y, jump_z, lift = nodes.u, nodes.v, jump.x, jump.y, jump.z, by_column.lift
+    most = contact.friction / mass
+    for j in range(uint64(columns)):
+        lost = slowed(u[node + j], v[node + j], most * lift[j]) - 1.0
+        jump_x[FIRST + j] = lost * u[node + j]
+        jump_y[FIRST + j] = lost * v[node + j]
+        jump_z[FIRST + j] = 0.0
+    jolt_row(nodes, jump, work, by_column, step, mass, node, columns)
+
+
+@kernel
+def jolt_row(nodes, jump, work, by_column, step, mass, node, columns):
+    """Give a row of nodes jumps of velocity (m/s), as jolt does."""
+    length = step.length
     for j in range(uint64(columns)):
         a = node + j
         b = FIRST + j
-        c = row + j
-        u, v, w = nodes.u[a], nodes.v[a], nodes.w[a]
-        x, y, z = nodes.x[a], nodes.y[a], nodes.z[a] - step.next_cover
-        old_z = nodes.z[a] - length * w - step.cover
-        new_x, new_y, new_z = allowed_place(contact, step.gap, x - length * u, y - length * v, old_z, x, y, z)
-        change_u = (new_x - x) / length
-        change_v = (new_y - y) / length
-        change_w = (new_z - z) / length
-        if change_u == 0.0 and change_v == 0.0 and change_w == 0.0:
-            continue
-        nodes.x[a] = new_x
-        nodes.y[a] = new_y
-        nodes.z[a] = new_z + step.next_cover
-        nodes.u[a] = u + change_u
-        nodes.v[a] = v + change_v
-        nodes.w[a] = w + change_w
-        mean.x[c] += 0.5 * change_u
-        mean.y[c] += 0.5 * change_v
-        mean.z[c] += 0.5 * change_w
-        work.pressure[j] += 0.5 * step.dt * pressure[j] * (area.x[b] * change_u + area.y[b] * change_v + area.z[b] * change_w)
-        work.gravity[j] -= 0.5 * step.dt * step.gravity * mass * change_w
-        work.ground[j] += 0.5 * by_column.lift[j] * change_w
-        work.contact[j] += mass * (change_u * mean.x[c] + change_v * mean.y[c] + change_w * mean.z[c])
-        by_column.kinetic[j] += mass * (
-            change_u * (u + 0.5 * change_u) + change_v * (v + 0.5 * change_v) + change_w * (w + 0.5 * change_w)
-        )
-        by_column.on_cargo[j] -= mass * change_w
-    close_rows(nodes, mean, node, row, columns)
+        u, v, w = jump.x[b], jump.y[b], jump.z[b]
+        gain = mass * (u * (nodes.u[a] + 0.5 * u) + v * (nodes.v[a] + 0.5 * v) + w * (nodes.w[a] + 0.5 * w))
+        work.contact[j] += gain
+        by_column.kinetic[j] += gain
+        nodes.x[a] += length * u
+        nodes.y[a] += length * v
+        nodes.z[a] += length * w
+        nodes.u[a] += u
+        nodes.v[a] += v
+        nodes.w[a] += w
+    close_nodes(nodes, step.sector, node, columns)
+
+
+@kernel
+def jolt(nodes, work, by_column, a, j, mass, length, u, v, w):
+    """Give node a of column j a jump of velocity (m/s), and its place what that changes by n+1.
+
+    All contact but the ground's own acts so, at n+1/2 after the push: an impulse in no time, in which no other force does work.
+    Writes nodes; work.contact, by_column.kinetic (J).
+    """
+    gain = mass * (u * (nodes.u[a] + 0.5 * u) + v * (nodes.v[a] + 0.5 * v) + w * (nodes.w[a] + 0.5 * w))
+    work.contact[j] += gain
+    by_column.kinetic[j] += gain
+    nodes.x[a] += length * u
+    nodes.y[a] += length * v
+    nodes.z[a] += length * w
+    nodes.u[a] += u
+    nodes.v[a] += v
+    nodes.w[a] += w

@@ -38,6 +38,7 @@ def push_row(nodes, force, area, pressure, mean, work, by_column, contact, step,
         work.ground[j] += mass * (w - free) * mean_w
         by_column.lift[j] = mass * (w - free)
         by_column.impulse[j] += mass * (w - free)
+        by_column.on_ground[j] -= min(area.z[b], 0.0) if w > free else 0.0
         by_column.kinetic[j] += 0.5 * mass * (u * u + v * v + w * w)
         mean.x[c] = mean_u
         mean.y[c] = mean_v
@@ -48,21 +49,28 @@ def push_row(nodes, force, area, pressure, mean, work, by_column, contact, step,
         nodes.x[a] += length * u
         nodes.y[a] += length * v
         nodes.z[a] = max(nodes.z[a] + length * w, ground)
-    close_rows(nodes, mean, node, row, columns)
+    close_nodes(nodes, step.sector, node, columns)
+    turn_row(mean.x, mean.y, step.sector, row, columns)
+    close_row(mean.z, row, columns)
 
 
 @kernel
-def close_rows(nodes, mean, node, row, columns):
-    """Close a row of nodes and of their mean velocities."""
-    close_row(nodes.x, node, columns)
-    close_row(nodes.y, node, columns)
+def close_nodes(nodes, sector, node, columns):
+    """Close a row of nodes."""
+    turn_row(nodes.x, nodes.y, sector, node, columns)
     close_row(nodes.z, node, columns)
-    close_row(nodes.u, node, columns)
-    close_row(nodes.v, node, columns)
+    turn_row(nodes.u, nodes.v, sector, node, columns)
     close_row(nodes.w, node, columns)
-    close_row(mean.x, row, columns)
-    close_row(mean.y, row, columns)
-    close_row(mean.z, row, columns)
+
+
+@kernel
+def turn_row(x, y, sector, first, columns):
+    """Copy the last column of vectors, turned by a sector backwards, in front of a row and the first one, forwards, behind it."""
+    before, last, behind = first - ONE, first + uint64(columns) - ONE, first + uint64(columns)
+    x[before] = sector.cos * x[last] + sector.sin * y[last]
+    y[before] = sector.cos * y[last] - sector.sin * x[last]
+    x[behind] = sector.cos * x[first] - sector.sin * y[first]
+    y[behind] = sector.cos * y[first] + sector.sin * x[first]
 
 
 @kernel
@@ -93,19 +101,21 @@ def vertical_forces(force, area, pressure, columns):
 
 
 @kernel
-def push_cargo(now, nodes, mean, step, mass, node, row, columns):
-    """Push cargo, upper cover and the row of fabric on it from n to n+1. Eqs. (2.4), (3.4). Returns the new height (m).
+def push_cargo(now, old, step, mass):
+    """Push cargo, upper cover and the row of fabric on it from n to n+1. Eqs. (2.4), (3.4).
 
-    Reads now: cover force (N), height (m); step: a Step; mass (kg) of all that moves.
-    Writes now: velocity, acceleration; nodes at offset node; mean at offset row.
+    Reads now: cover force (N), height (m); old: velocity at n-1/2 (m/s); step: a Step; mass (kg) of all that moves.
+    Writes now: velocity, acceleration. Returns the velocity at n+1/2 (m/s) and the new height (m).
     """
     now[History.ACCELERATION] = now[History.COVER_FORCE] / mass - step.gravity
-    old = nodes.w[node]
     new = old + step.dt * now[History.ACCELERATION]
     now[History.VELOCITY] = new - 0.5 * step.length * now[History.ACCELERATION]
-    height = now[History.HEIGHT] + step.length * new
-    hold_row(mean, row, columns, 0.5 * (old + new))
+    return new, now[History.HEIGHT] + step.length * new
+
+
+@kernel
+def lift_row(nodes, node, columns, velocity, height):
+    """Move the row of fabric on the cover to a height (m) at a velocity (m/s). Writes nodes at offset node."""
     for j in range(uint64(columns + 2)):
         nodes.z[node - ONE + j] = height
-        nodes.w[node - ONE + j] = new
-    return height
+        nodes.w[node - ONE + j] = velocity

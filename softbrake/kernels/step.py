@@ -1,10 +1,9 @@
 """The order of one step, and the loop over steps. Start reading here."""
 
-from math import sqrt
-
 from numba import uint64
 
-from softbrake.kernels.contact import GAP, press_row
+from softbrake.kernels.contact import any_above, foresee, press_row, rub_row
+from softbrake.kernels.course import STEPS_PER_STEP_CHOICE, begin_step, end_step, raise_peak, record
 from softbrake.kernels.fabric import (
     add_cell_forces,
     add_generatrix_forces,
@@ -19,21 +18,22 @@ from softbrake.kernels.fabric import (
 from softbrake.kernels.geometry import add_area_vectors, update_edges
 from softbrake.kernels.jit import kernel
 from softbrake.kernels.ledger import add_cargo_work, add_cell_work, add_edge_work, add_shear_work, update_top
-from softbrake.kernels.motion import hold_row, push_cargo, push_row, vertical_forces
+from softbrake.kernels.lobes import part_lobes
+from softbrake.kernels.motion import hold_row, lift_row, push_cargo, push_row, vertical_forces
 from softbrake.kernels.pressure import pressure_at, update_damped_pressure
 from softbrake.kernels.timestep import stable_step
-from softbrake.state import PAD, History, Outcome, Peak, Scheme, Step
+from softbrake.state import PAD, History, Outcome, Peak, Scheme
 
 ONE = uint64(1)
 FIRST = uint64(PAD)
-STEPS_PER_STEP_CHOICE = 16  # a choice costs about a step; waves pass no more than sixteen cells meanwhile
-BLOW = 100.0  # m/s^2, change of the cargo's acceleration from step to step that the gap allows for
-RUNAWAY = 4.0  # kinetic energy above this many times what start, gravity and pressure gave: it came from nowhere
 
 
 @kernel
-def sweep_rows(model, state, sweep, dt, step):
+def sweep_rows(model, state, sweep, dt, length):
     """Advance fabric and cargo by one step, row by row from the ground up. Returns the cover's new height (m).
+
+    dt: from n-1/2 to n+1/2; length: from n to n+1 (s). A sector moves its share of the cargo; state.now has the whole shell's
+    forces.
 
     Row i needs its cells above and below, so the sweep keeps two rows of cells and three of hoop edges. Rows are pushed in
     place as soon as their forces are whole: their old places live on in the edges.
@@ -46,6 +46,7 @@ def sweep_rows(model, state, sweep, dt, step):
     g, h, belt, cells, mean, on_nodes = sweep.generatrix, sweep.hoop, sweep.belt, sweep.cells, sweep.mean, sweep.pressure
     force, force_above, area, area_above = sweep.force, sweep.force_above, sweep.area, sweep.area_above
     top_1, top_2, top_belt, by_column = sweep.top_generatrix, sweep.top_hoop, sweep.top_belt, sweep.by_column
+    heights, rising, lobes = nodes.z, nodes.w, model.lobes
     elastic, viscous, elastic_belts = work.elastic, work.viscous, work.belts
     edge_scheme = model.scheme == Scheme.EDGE
     shear = fabric.g12 > 0.0
@@ -53,12 +54,9 @@ def sweep_rows(model, state, sweep, dt, step):
     pressure = pressure_at(model.pressure, now[History.TIME])  # (2.10)
     now[History.PRESSURE] = pressure
     gas_on_cover = pressure * model.cover_area
-    gravity, contact = model.gravity, model.contact
-    # The cover moves last, by what presses on it; until then its next place is foreseen by its last acceleration.
-    cover = now[History.HEIGHT]
-    foreseen = cover + step * (nodes.w[uint64(n1) * stride + FIRST] + dt * now[History.ACCELERATION])
-    touching = (contact.cover == 1 or contact.cargo == 1) and foreseen > 0.0  # else it is on the ground before that
-    course = Step(dt, step, gravity, cover, foreseen, GAP + BLOW * dt * step)
+    gravity, contact, sectors = model.gravity, model.contact, model.sector.copies
+    step = foresee(now, nodes.w[uint64(n1) * stride + FIRST], gravity, model.sector, dt, length)
+    touching = (contact.cover == 1 or contact.cargo == 1) and step.next_cover > 0.0  # else it is on the ground before that
     on_nodes[:] = pressure
     height = 0.0
     clear_row(force_above)
@@ -105,20 +103,25 @@ def sweep_rows(model, state, sweep, dt, step):
 
         if i == 0:
             tension, gas = vertical_forces(force, area, on_nodes, n2)
-            now[History.GROUND_FORCE] = gas_on_cover - gas - tension + n2 * mass[i] * gravity
+            now[History.GROUND_FORCE] = sectors * (gas_on_cover - gas - tension + n2 * mass[i] * gravity)
             hold_row(mean, row, n2, 0.0)
         elif i < n1:
-            push_row(nodes, force, area, on_nodes, mean, work, by_column, contact, course, mass[i], node, row, n2)  # (3.2)
-            if touching:
-                press_row(nodes, area, on_nodes, mean, work, by_column, contact, course, mass[i], node, row, n2)
+            push_row(nodes, force, area, on_nodes, mean, work, by_column, contact, step, mass[i], node, row, n2)  # (3.2)
+            if contact.friction > 0.0:
+                rub_row(nodes, force, work, by_column, contact, step, mass[i], node, n2)
+            if touching and any_above(heights, rising, step, node, n2):
+                press_row(nodes, force, work, by_column, contact, step, mass[i], node, n2)
         else:
+            part_lobes(nodes, work, by_column, lobes, contact.ground, model.sector, mass, length, stride, n1, n2)  # (2.5)
             tension, gas = vertical_forces(force, area, on_nodes, n2)
             impulse = total(by_column.on_cargo)
-            now[History.CONTACT_FORCE] = impulse / dt
-            now[History.COVER_FORCE] = gas_on_cover + gas + tension + impulse / dt
+            now[History.CONTACT_FORCE] = sectors * (impulse / dt)
+            now[History.COVER_FORCE] = sectors * (gas_on_cover + gas + tension + impulse / dt)
             moving = model.cargo_mass + n2 * mass[i]
-            height = push_cargo(now, nodes, mean, course, moving, node, row, n2)  # (2.4)
-            add_cargo_work(work, by_column, gas_on_cover + gas, gravity * moving, moving, mean.z[row], nodes.w[node], dt)
+            velocity, height = push_cargo(now, nodes.w[node], step, sectors * moving)  # (2.4)
+            hold_row(mean, row, n2, 0.5 * (nodes.w[node] + velocity))
+            lift_row(nodes, node, n2, velocity, height)
+            add_cargo_work(work, by_column, gas_on_cover + gas, gravity * moving, moving, mean.z[row], velocity, dt)
             work.contact[0] += impulse * mean.z[row]
 
         if i > 0 and edge_scheme:
@@ -131,7 +134,8 @@ def sweep_rows(model, state, sweep, dt, step):
             add_cell_work(g, h, cells, mean, elastic, viscous, below, hoop_below, hoop, below, below, row, dt, n2)
         if i > 0 and shear:
             add_shear_work(g, h, cells, mean, elastic, below, hoop_below, hoop, below, below, row, dt, n2)
-    book_forces(now, peaks, top_1, top_2, top_belt, by_column, n1, dt)
+    book_forces(now, peaks, top_1, top_2, top_belt, by_column, n1, dt, sectors)
+    now[History.GROUND_AREA] = sectors * (model.cover_area + total(by_column.on_ground))
     return height
 
 
@@ -163,6 +167,7 @@ def clear_sums(top_1, top_2, top_belt, by_column):
     top_belt.tension[:] = 0.0
     by_column.kinetic[:] = 0.0
     by_column.impulse[:] = 0.0
+    by_column.on_ground[:] = 0.0
     by_column.on_cargo[:] = 0.0
 
 
@@ -173,15 +178,6 @@ def total(by_column):
     for value in by_column:
         result += value
     return result
-
-
-@kernel
-def raise_peak(peaks, which, value, time, row):
-    """Keep a value with its time (s) and row if it is the largest so far."""
-    if value > peaks[which, 0]:
-        peaks[which, 0] = value
-        peaks[which, 1] = time
-        peaks[which, 2] = row
 
 
 @kernel
@@ -196,56 +192,26 @@ def book_top(now, peaks, top, column, which):
 
 
 @kernel
-def book_forces(now, peaks, top_1, top_2, top_belt, by_column, n1, dt):
+def book_forces(now, peaks, top_1, top_2, top_belt, by_column, n1, dt, sectors):
     """Write the largest tensions of the step and the ground's impulse on the fabric to now, and raise the peaks."""
     book_top(now, peaks, top_1, History.TENSION_GENERATRIX, Peak.TENSION_GENERATRIX)
     book_top(now, peaks, top_2, History.TENSION_HOOP, Peak.TENSION_HOOP)
     book_top(now, peaks, top_belt, History.TENSION_BELT, Peak.TENSION_BELT)
     raise_peak(peaks, Peak.DECELERATION, now[History.ACCELERATION], now[History.TIME], float(n1))
-    now[History.GROUND_FORCE] += total(by_column.impulse) / dt
+    now[History.GROUND_FORCE] += sectors * (total(by_column.impulse) / dt)
 
 
 @kernel
-def book_energies(now, work, by_column):
-    """Write kinetic energy and works at n+1/2 to now, for the row of time n+1."""
-    now[History.KINETIC_ENERGY] = total(by_column.kinetic)
-    now[History.WORK_PRESSURE] = total(work.pressure)
-    now[History.WORK_ELASTIC] = total(work.elastic)
-    now[History.WORK_VISCOUS] = total(work.viscous)
-    now[History.WORK_BELTS] = total(work.belts)
-    now[History.WORK_GRAVITY] = total(work.gravity)
-    now[History.WORK_GROUND] = total(work.ground)
-    now[History.WORK_CONTACT] = total(work.contact)
-
-
-@kernel
-def record(history, row, now):
-    """Write now to a row of the history."""
-    for column in range(now.size):
-        history[row, column] = now[column]
-
-
-@kernel
-def event_time(height, velocity, acceleration, step):
-    """Return when within a step the cover first reaches the ground or stands still (s), and which: an Outcome.
-
-    The motion of the leapfrog within a step: uniform acceleration from the place and velocity at its start.
-    """
-    stops = velocity <= 0.0 and velocity + step * acceleration > 0.0
-    lowest = -velocity / acceleration if stops else step
-    if height + lowest * (velocity + 0.5 * lowest * acceleration) <= 0.0:
-        discriminant = max(velocity * velocity - 2.0 * acceleration * height, 0.0)
-        return 2.0 * height / (sqrt(discriminant) - velocity), Outcome.IMPACT
-    return lowest, Outcome.STOPPED if stops else Outcome.RUNNING
-
-
-@kernel
-def rewind(nodes, late):
-    """Move the nodes back by a time (s) at their velocities: from n+1 to an event within the step."""
-    for a in range(nodes.x.size):
-        nodes.x[a] -= late * nodes.u[a]
-        nodes.y[a] -= late * nodes.v[a]
-        nodes.z[a] -= late * nodes.w[a]
+def book_energies(now, work, by_column, sectors):
+    """Write kinetic energy and works of all sectors at n+1/2 to now, for the row of time n+1."""
+    now[History.KINETIC_ENERGY] = sectors * total(by_column.kinetic)
+    now[History.WORK_PRESSURE] = sectors * total(work.pressure)
+    now[History.WORK_ELASTIC] = sectors * total(work.elastic)
+    now[History.WORK_VISCOUS] = sectors * total(work.viscous)
+    now[History.WORK_BELTS] = sectors * total(work.belts)
+    now[History.WORK_GRAVITY] = sectors * total(work.gravity)
+    now[History.WORK_GROUND] = sectors * total(work.ground)
+    now[History.WORK_CONTACT] = sectors * total(work.contact)
 
 
 @kernel
@@ -253,7 +219,7 @@ def advance(model, state, sweep, history, interval, most, until):
     """Advance by steps until an event, the time until (s), most steps, or a full history. Returns its rows and the Outcome.
 
     Every interval-th step writes a row of state.now at its time n to history, shape (rows, len(History)), and an event one
-    for its own time. The staggered start: the first half-step has no velocity at -1/2 to start from, but that at 0.
+    for its own time.
     """
     now, work, by_column = state.now, state.work, sweep.by_column
     rows = 0
@@ -261,39 +227,15 @@ def advance(model, state, sweep, history, interval, most, until):
     while done < most and now[History.TIME] < until and rows + 1 < history.shape[0]:
         if state.steps[0] % STEPS_PER_STEP_CHOICE == 0:
             state.stable_step[0] = stable_step(model, state.nodes, sweep)  # (3.3)
-        left = model.end - now[History.TIME]
-        step = min(model.courant * state.stable_step[0], left)
-        dt = 0.5 * (state.last_step[0] + step)
-        now[History.TIME_STEP] = step
-        height = sweep_rows(model, state, sweep, dt, step)
+        length, dt = begin_step(model, state)
+        height = sweep_rows(model, state, sweep, dt, length)
         if state.steps[0] % interval == 0:
             record(history, rows, now)
             rows += 1
-        book_energies(now, work, by_column)
-        state.steps[0] += 1
-        state.last_step[0] = step
+        book_energies(now, work, by_column, model.sector.copies)
+        outcome = end_step(model, state, length, height)
         done += 1
-
-        velocity, acceleration = now[History.VELOCITY], now[History.ACCELERATION]
-        within, outcome = event_time(now[History.HEIGHT], velocity, acceleration, step)
-        if outcome == Outcome.RUNNING and step == left:
-            outcome = Outcome.TIME_LIMIT
-        gas = min(max(now[History.WORK_PRESSURE], 0.0), model.most_gas_work)
-        given = state.kinetic_start[0] + max(now[History.WORK_GRAVITY], 0.0) + gas
-        if not now[History.KINETIC_ENERGY] <= RUNAWAY * given:
-            outcome = Outcome.DIVERGED
-        if outcome == Outcome.RUNNING:
-            now[History.HEIGHT] = height
-        elif outcome == Outcome.IMPACT:
-            now[History.HEIGHT] = 0.0
-        else:
-            now[History.HEIGHT] += within * (velocity + 0.5 * within * acceleration)
-        now[History.TIME] += within
-        now[History.VELOCITY] = velocity + within * acceleration
         if outcome != Outcome.RUNNING:
-            rewind(state.nodes, step - within)
-            now[History.PRESSURE] = pressure_at(model.pressure, now[History.TIME])
-            now[History.TIME_STEP] = 0.0
             record(history, rows, now)
             return rows + 1, outcome
     return rows, Outcome.RUNNING

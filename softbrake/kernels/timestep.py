@@ -26,7 +26,6 @@ def stable_step(model, nodes, sweep):
     n1, n2 = model.n1, model.n2
     stride = uint64(model.stride)
     fabric = model.fabric
-    aspect = fabric.h2 / fabric.h1
     gas_damping = 2.0 * model.pressure.damping * model.pressure.most * fabric.h1 * fabric.h2
     fastest = sweep.by_column.rate
     fastest[:] = 0.0
@@ -37,29 +36,42 @@ def stable_step(model, nodes, sweep):
         above = uint64(i % 2) * stride + FIRST
         update_edges(nodes, sweep.generatrix, node, stride, above, n2, fabric.h1)
         update_edges(nodes, sweep.hoop, node - ONE, ONE, FIRST - ONE, n2 + 1, fabric.h2)
-        per_mass = 4.0 / model.mass[i]
+        mass = model.mass[i]
         belt = model.belts.stiffness[i]
         belt_viscosity = model.belts.viscosity[i]
         for j in range(uint64(n2)):
             e1 = max(sweep.generatrix.e[below + j], sweep.generatrix.e[above + j], 0.0)
             e2 = max(sweep.hoop.e[FIRST + j - ONE], sweep.hoop.e[FIRST + j], 0.0)
-            wide_1 = 1.0 + fabric.true_tension * e1
-            wide_2 = 1.0 + fabric.true_tension * e2
-            along_1 = fabric.c11 * wide_2 * aspect
-            along_2 = (fabric.c22 * wide_1 * fabric.h1 + belt) / fabric.h2
-            across_1 = max(fabric.c11 * e1 + fabric.c12 * e2, 0.0) * wide_2 * aspect / (1.0 + e1)
-            across_2 = (max(fabric.c22 * e2 + fabric.c21 * e1, 0.0) * wide_1 * fabric.h1 + belt * e2) / (fabric.h2 * (1.0 + e2))
-            square_1 = per_mass * (along_1 + across_2 + fabric.g12 * (1.0 + e1) ** 2 / aspect)
-            square_2 = per_mass * (along_2 + across_1 + fabric.g12 * (1.0 + e2) ** 2 * aspect)
-            damping_1 = per_mass * fabric.viscosity * wide_2 * aspect
-            damping_2 = per_mass * (fabric.viscosity * wide_1 * fabric.h1 + belt_viscosity) / fabric.h2
-            gas = gas_damping * (1.0 + e1) * (1.0 + e2) / model.mass[i]
-            damping_1 += gas
-            damping_2 += gas
-            rate_1 = damping_1 + sqrt(damping_1 * damping_1 + 4.0 * square_1)
-            rate_2 = damping_2 + sqrt(damping_2 * damping_2 + 4.0 * square_2)
-            fastest[j] = max(fastest[j], rate_1, rate_2)
+            rate = fastest_rate(fabric, e1, e2, mass, belt, belt_viscosity, gas_damping)
+            fastest[j] = max(fastest[j], rate)
     return 4.0 / largest(fastest)
+
+
+@kernel
+def fastest_rate(fabric, e1, e2, mass, belt, belt_viscosity, gas_damping):
+    """Return D + sqrt(D^2 + 4 w^2) (1/s) of the faster direction at a node: see stable_step.
+
+    e1, e2: elongations, 0 where slack; mass (kg) of the node; belt: stiffness (N) and viscosity (N s); gas_damping: 2 nu^n p
+    h1 h2 (N s/m).
+    """
+    aspect = fabric.h2 / fabric.h1
+    per_mass = 4.0 / mass
+    wide_1 = 1.0 + fabric.true_tension * e1
+    wide_2 = 1.0 + fabric.true_tension * e2
+    along_1 = fabric.c11 * wide_2 * aspect
+    along_2 = (fabric.c22 * wide_1 * fabric.h1 + belt) / fabric.h2
+    across_1 = max(fabric.c11 * e1 + fabric.c12 * e2, 0.0) * wide_2 * aspect / (1.0 + e1)
+    across_2 = (max(fabric.c22 * e2 + fabric.c21 * e1, 0.0) * wide_1 * fabric.h1 + belt * e2) / (fabric.h2 * (1.0 + e2))
+    square_1 = per_mass * (along_1 + across_2 + fabric.g12 * (1.0 + e1) ** 2 / aspect)
+    square_2 = per_mass * (along_2 + across_1 + fabric.g12 * (1.0 + e2) ** 2 * aspect)
+    damping_1 = per_mass * fabric.viscosity * wide_2 * aspect
+    damping_2 = per_mass * (fabric.viscosity * wide_1 * fabric.h1 + belt_viscosity) / fabric.h2
+    gas = gas_damping * (1.0 + e1) * (1.0 + e2) / mass
+    damping_1 += gas
+    damping_2 += gas
+    rate_1 = damping_1 + sqrt(damping_1 * damping_1 + 4.0 * square_1)
+    rate_2 = damping_2 + sqrt(damping_2 * damping_2 + 4.0 * square_2)
+    return max(rate_1, rate_2)
 
 
 @kernel

@@ -1,0 +1,92 @@
+"""The course of a run, whatever moves the nodes: length of each step, books, events within a step, the end."""
+
+from math import sqrt
+
+from softbrake.kernels.jit import kernel
+from softbrake.kernels.pressure import pressure_at
+from softbrake.state import History, Outcome
+
+STEPS_PER_STEP_CHOICE = 16  # a choice costs about a step; waves pass no more than sixteen cells meanwhile
+RUNAWAY = 4.0  # kinetic energy above this many times what start, gravity and pressure gave: it came from nowhere
+
+
+@kernel
+def begin_step(model, state):
+    """Return the next step (s): from n to n+1, and from n-1/2 to n+1/2. Writes the first to state.now.
+
+    The staggered start: the first half-step has no velocity at -1/2 to start from, but that at 0.
+    """
+    length = min(model.courant * state.stable_step[0], model.end - state.now[History.TIME])
+    state.now[History.TIME_STEP] = length
+    return length, 0.5 * (state.last_step[0] + length)
+
+
+@kernel
+def end_step(model, state, length, height):
+    """Move state.now from n to n+1, or to the event within the step. Returns the Outcome.
+
+    Reads length (s) of the step; height (m) of the cover at n+1; energies of state.now at n+1/2. Writes state but for its works.
+    """
+    now = state.now
+    velocity, acceleration = now[History.VELOCITY], now[History.ACCELERATION]
+    within, outcome = event_time(now[History.HEIGHT], velocity, acceleration, length)
+    if outcome == Outcome.RUNNING and length == model.end - now[History.TIME]:
+        outcome = Outcome.TIME_LIMIT
+    gas = min(max(now[History.WORK_PRESSURE], 0.0), model.most_gas_work)
+    given = state.kinetic_start[0] + max(now[History.WORK_GRAVITY], 0.0) + gas
+    if not now[History.KINETIC_ENERGY] <= RUNAWAY * given:
+        outcome = Outcome.DIVERGED
+    if outcome == Outcome.RUNNING:
+        now[History.HEIGHT] = height
+    elif outcome == Outcome.IMPACT:
+        now[History.HEIGHT] = 0.0
+    else:
+        now[History.HEIGHT] += within * (velocity + 0.5 * within * acceleration)
+    now[History.TIME] += within
+    now[History.VELOCITY] = velocity + within * acceleration
+    state.steps[0] += 1
+    state.last_step[0] = length
+    if outcome != Outcome.RUNNING:
+        rewind(state.nodes, length - within)
+        now[History.PRESSURE] = pressure_at(model.pressure, now[History.TIME])
+        now[History.TIME_STEP] = 0.0
+    return outcome
+
+
+@kernel
+def event_time(height, velocity, acceleration, step):
+    """Return when within a step the cover first reaches the ground or stands still (s), and which: an Outcome.
+
+    The motion of the leapfrog within a step: uniform acceleration from the place and velocity at its start.
+    """
+    stops = velocity <= 0.0 and velocity + step * acceleration > 0.0
+    lowest = -velocity / acceleration if stops else step
+    if height + lowest * (velocity + 0.5 * lowest * acceleration) <= 0.0:
+        discriminant = max(velocity * velocity - 2.0 * acceleration * height, 0.0)
+        return 2.0 * height / (sqrt(discriminant) - velocity), Outcome.IMPACT
+    return lowest, Outcome.STOPPED if stops else Outcome.RUNNING
+
+
+@kernel
+def rewind(nodes, late):
+    """Move the nodes back by a time (s) at their velocities: from n+1 to an event within the step."""
+    for a in range(nodes.x.size):
+        nodes.x[a] -= late * nodes.u[a]
+        nodes.y[a] -= late * nodes.v[a]
+        nodes.z[a] -= late * nodes.w[a]
+
+
+@kernel
+def record(history, row, now):
+    """Write now to a row of the history."""
+    for column in range(now.size):
+        history[row, column] = now[column]
+
+
+@kernel
+def raise_peak(peaks, which, value, time, row):
+    """Keep a value with its time (s) and row if it is the largest so far."""
+    if value > peaks[which, 0]:
+        peaks[which, 0] = value
+        peaks[which, 1] = time
+        peaks[which, 2] = row

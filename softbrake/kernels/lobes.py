@@ -1,0 +1,167 @@
+"""Contact of the fabric on both sides of a belt with itself: condition (2.5)."""
+
+from math import sqrt
+
+from numba import uint64
+
+from softbrake.kernels.contact import GAP, jolt
+from softbrake.kernels.jit import kernel
+from softbrake.kernels.motion import close_nodes
+from softbrake.state import PAD
+
+ONE = uint64(1)
+FIRST = uint64(PAD)
+
+
+@kernel
+def inward_normal(nodes, node, stride):
+    """Return the unit normal m towards the gas at a node, as (2.5) and Fig. 3 have it, by central differences.
+
+    Zero where the cloth has no area.
+    """
+    x1 = nodes.x[node + stride] - nodes.x[node - stride]
+    y1 = nodes.y[node + stride] - nodes.y[node - stride]
+    z1 = nodes.z[node + stride] - nodes.z[node - stride]
+    x2 = nodes.x[node + ONE] - nodes.x[node - ONE]
+    y2 = nodes.y[node + ONE] - nodes.y[node - ONE]
+    z2 = nodes.z[node + ONE] - nodes.z[node - ONE]
+    x, y, z = y1 * z2 - z1 * y2, z1 * x2 - x1 * z2, x1 * y2 - y1 * x2
+    length = sqrt(x * x + y * y + z * z)
+    scale = 1.0 / length if length > 0.0 else 0.0
+    return x * scale, y * scale, z * scale
+
+
+@kernel
+def deviation(nodes, node, stride, rows, columns):
+    """Return delta = I2/2 (m): how far the cloth rises from its tangent plane at M towards the gas, at N. (2.5), Fig. 3.
+
+    I2 = b11 da1^2 + 2 b12 da1 da2 + b22 da2^2 with b_ik = m r_ik by central differences; N is rows up and columns around.
+
+                    m
+                    ↑     N      P: foot of N on the tangent plane
+             ───────M─────P──    delta = PN > 0: the cloth bulges away from what touches it at M
+    """
+    mx, my, mz = inward_normal(nodes, node, stride)
+    b11 = bend(nodes, node, stride, mx, my, mz)
+    b22 = bend(nodes, node, ONE, mx, my, mz)
+    rising = along(nodes, node + stride + ONE, mx, my, mz) + along(nodes, node - stride - ONE, mx, my, mz)
+    falling = along(nodes, node + stride - ONE, mx, my, mz) + along(nodes, node - stride + ONE, mx, my, mz)
+    b12 = 0.25 * (rising - falling)
+    return 0.5 * (b11 * rows * rows + 2.0 * b12 * rows * columns + b22 * columns * columns)
+
+
+@kernel
+def bend(nodes, node, stride, mx, my, mz):
+    """Return m r_ii da_i^2 (m) along the line to the neighbours a stride away."""
+    outer = along(nodes, node + stride, mx, my, mz) + along(nodes, node - stride, mx, my, mz)
+    return outer - 2.0 * along(nodes, node, mx, my, mz)
+
+
+@kernel
+def along(nodes, node, mx, my, mz):
+    """Return a node's place (m) along a unit vector."""
+    return mx * nodes.x[node] + my * nodes.y[node] + mz * nodes.z[node]
+
+
+@kernel
+def part_nodes(nodes, work, by_column, ground, lower, upper, j, mass_lower, mass_upper, length, cx, cy, cz):
+    """Keep two nodes apart along a unit vector c from the lower to the upper one. Returns 1 if they touch, else 0.
+
+    What was a gap apart stays so, what was nearer comes no nearer: resting is always allowed, so no energy arises. The ground (m)
+    has the last word.
+    """
+    apart = along(nodes, upper, cx, cy, cz) - along(nodes, lower, cx, cy, cz)
+    closing = length * (
+        cx * (nodes.u[lower] - nodes.u[upper]) + cy * (nodes.v[lower] - nodes.v[upper]) + cz * (nodes.w[lower] - nodes.w[upper])
+    )
+    missing = min(GAP, apart + closing) - apart
+    if missing < 0.0:
+        return 0
+    impulse = missing / (length * (1.0 / mass_lower + 1.0 / mass_upper))
+    down, up = -impulse / mass_lower, impulse / mass_upper
+    jolt(nodes, work, by_column, lower, j, mass_lower, length, down * cx, down * cy, down * cz)
+    jolt(nodes, work, by_column, upper, j, mass_upper, length, up * cx, up * cy, up * cz)
+    for node, mass in ((lower, mass_lower), (upper, mass_upper)):
+        if nodes.z[node] < ground:
+            jolt(nodes, work, by_column, node, j, mass, length, 0.0, 0.0, (ground - nodes.z[node]) / length)
+    return 1
+
+
+@kernel
+def folded(nodes, a, b, stride):
+    """Return whether the cloth at M1 and M2, nodes a and b, leaves the belt in directions less than a right angle apart."""
+    belt_1, belt_2 = a + stride, b - stride
+    across = (nodes.x[a] - nodes.x[belt_1]) * (nodes.x[b] - nodes.x[belt_2])
+    across += (nodes.y[a] - nodes.y[belt_1]) * (nodes.y[b] - nodes.y[belt_2])
+    return across + (nodes.z[a] - nodes.z[belt_1]) * (nodes.z[b] - nodes.z[belt_2]) > 0.0
+
+
+@kernel
+def part_lobes(nodes, work, by_column, lobes, ground, sector, mass, length, stride, n1, columns):
+    """Keep the sub-regions G1 below and G2 above each belt out of one another. Condition (2.5).
+
+    Where the lobes fold over the belt, their normals m1, m2 are opposed and the rows M1, M2 next to the belt may meet: they are
+    kept apart along m2 - m1. Where they touch, the rows N1, N2 beyond them must deviate to their own sides, delta1 > 0 and
+    delta2 > 0; where one does not, N1 and N2 are kept apart as well. Lobes that meet further out are not seen: those are folds.
+
+           N1 ── M1 ┐      gas below, m1 downwards
+                    B      belt
+           N2 ── M2 ┘      gas above, m2 upwards
+
+    Reads lobes; ground (m); mass (kg), (n1+1,). Writes nodes, work.contact.
+    """
+    for k in range(lobes.below.size):
+        row_1, row_2 = lobes.below[k], lobes.above[k]
+        start_1, start_2 = uint64(row_1) * stride + FIRST, uint64(row_2) * stride + FIRST
+        moved = 0
+        loose = row_1 > 1 and row_2 < n1 - 1  # N1 and N2 are free as well
+        for j in range(uint64(columns)):
+            a, b = start_1 + j, start_2 + j
+            if not folded(nodes, a, b, stride):
+                continue
+            x1, y1, z1 = inward_normal(nodes, a, stride)
+            x2, y2, z2 = inward_normal(nodes, b, stride)
+            square = (x2 - x1) ** 2 + (y2 - y1) ** 2 + (z2 - z1) ** 2
+            if square <= 2.0:  # less than a right angle apart
+                continue
+            scale = 1.0 / sqrt(square)
+            cx, cy, cz = scale * (x2 - x1), scale * (y2 - y1), scale * (z2 - z1)
+            touch = part_nodes(nodes, work, by_column, ground, a, b, j, mass[row_1], mass[row_2], length, cx, cy, cz)
+            moved += touch
+            if touch > 0 and loose and min(deviation(nodes, a, stride, -1.0, 0.0), deviation(nodes, b, stride, 1.0, 0.0)) <= 0.0:
+                a, b = a - stride, b + stride
+                part_nodes(nodes, work, by_column, ground, a, b, j, mass[row_1 - 1], mass[row_2 + 1], length, cx, cy, cz)
+        if moved > 0:
+            close_nodes(nodes, sector, start_1, columns)
+            close_nodes(nodes, sector, start_2, columns)
+            close_nodes(nodes, sector, start_1 - stride, columns)
+            close_nodes(nodes, sector, start_2 + stride, columns)
+
+
+@kernel
+def part_meridian_lobes(nodes, work, meridian, lobes, ground, mass, length, n1):
+    """Keep the lobes of the axisymmetric shell apart at each belt, as part_lobes does. Condition (2.5)."""
+    for k in range(lobes.below.size):
+        a, b = uint64(lobes.below[k]), uint64(lobes.above[k])
+        if not folded(nodes, a, b, ONE):
+            continue
+        x1, z1 = inward_normal_of_meridian(nodes, a)
+        x2, z2 = inward_normal_of_meridian(nodes, b)
+        square = (x2 - x1) ** 2 + (z2 - z1) ** 2
+        if square <= 2.0:
+            continue
+        cx, cz = (x2 - x1) / sqrt(square), (z2 - z1) / sqrt(square)
+        touch = part_nodes(nodes, work, meridian, ground, a, b, a, mass[a], mass[b], length, cx, 0.0, cz)
+        if touch > 0 and a > 1 and b < n1 - 1 and min(bend(nodes, a, ONE, x1, 0.0, z1), bend(nodes, b, ONE, x2, 0.0, z2)) <= 0.0:
+            a, b = a - ONE, b + ONE
+            part_nodes(nodes, work, meridian, ground, a, b, a, mass[a], mass[b], length, cx, 0.0, cz)
+
+
+@kernel
+def inward_normal_of_meridian(nodes, node):
+    """Return radial and upward part of inward_normal where all columns are alike."""
+    x = nodes.x[node + ONE] - nodes.x[node - ONE]
+    z = nodes.z[node + ONE] - nodes.z[node - ONE]
+    length = sqrt(x * x + z * z)
+    scale = 1.0 / length if length > 0.0 else 0.0
+    return -z * scale, x * scale

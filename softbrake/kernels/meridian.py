@@ -1,0 +1,377 @@
+"""One step of the axisymmetric shell, and its loop over steps: the limit of step.py's rows for columns that are all alike.
+
+Node i = 0 … n1 stands at radius x and height z, edge i between nodes i and i+1; all loops run along the generatrix. The hoop
+stays a polygon: its edges, `side` long per radius, pull a node inwards by `side` times their force. Equations as in step.py.
+"""
+
+from math import inf, sqrt
+
+from numba import uint64
+
+from softbrake.kernels.contact import GAP, allowed_place, foresee, jolt, slowed
+from softbrake.kernels.course import STEPS_PER_STEP_CHOICE, begin_step, end_step, raise_peak, record
+from softbrake.kernels.geometry import SMALLEST_SQUARE
+from softbrake.kernels.jit import kernel
+from softbrake.kernels.lobes import part_meridian_lobes
+from softbrake.kernels.motion import push_cargo
+from softbrake.kernels.pressure import pressure_at, update_damped_pressure
+from softbrake.state import PAD, History, Outcome, Peak
+
+ONE = uint64(1)
+FIRST = uint64(PAD)
+
+
+@kernel
+def sweep_meridian(model, state, meridian, dt, length):
+    """Advance fabric and cargo by one step. Returns the cover's new height (m).
+
+    dt: from n-1/2 to n+1/2; length: from n to n+1 (s). The one column moves its share of the cargo; state.now has the whole
+    shell's forces.
+    """
+    n1, fabric, contact, columns = model.n1, model.fabric, model.contact, model.sector.copies
+    nodes, now, work, mass = state.nodes, state.now, state.work, model.mass
+    side = fabric.h2 / contact.cover_radius
+    pressure = pressure_at(model.pressure, now[History.TIME])  # (2.10)
+    now[History.PRESSURE] = pressure
+    gas_on_cover = pressure * model.cover_area
+    top = uint64(n1)
+    old = nodes.w[top]
+    step = foresee(now, old, model.gravity, model.sector, dt, length)
+
+    update_generatrix(fabric, nodes, meridian, side, n1)  # (2.6), (2.9)
+    update_areas(nodes, meridian, model.sector.sin, n1)  # (2.7)
+    pull_belts(model.belts, fabric, nodes, meridian, side)  # (2.3)
+    if model.pressure.damping > 0.0:
+        update_damped_pressure(model.pressure, pressure, nodes, meridian.area, meridian.pressure, uint64(0), n1 + 1)  # (2.11)
+    else:
+        for i in range(uint64(n1 + 1)):
+            meridian.pressure[i] = pressure
+    near = push_meridian(fabric, nodes, meridian, work, contact, step, mass, side, n1)  # (2.8), (2.9), (3.4)
+    if contact.friction > 0.0:
+        rub_meridian(nodes, meridian, work, contact, mass, length, n1)
+    impulse = 0.0
+    if near != 0:
+        impulse = press_meridian(nodes, meridian, work, contact, step, mass, n1)
+    part_meridian_lobes(nodes, work, meridian, model.lobes, contact.ground, mass, length, n1)  # (2.5)
+
+    below = uint64(n1 - 1)
+    pull = meridian.force[below] * meridian.z[below]
+    gas = meridian.pressure[top] * meridian.area.z[FIRST + top]
+    now[History.CONTACT_FORCE] = columns * (impulse / dt)
+    now[History.COVER_FORCE] = columns * (gas_on_cover + gas - pull + impulse / dt)
+    moving = model.cargo_mass + mass[top]
+    velocity, height = push_cargo(now, old, step, columns * moving)  # (2.4)
+    mean = 0.5 * (old + velocity)
+    nodes.z[top] = height
+    nodes.w[top] = velocity
+    meridian.mean_w[top] = mean
+    meridian.kinetic[top] = 0.5 * moving * velocity * velocity
+    work.pressure[top] += dt * (gas_on_cover + gas) * mean
+    work.gravity[top] -= dt * model.gravity * moving * mean
+    work.contact[top] += impulse * mean
+
+    add_meridian_work(meridian, work, dt, n1)
+    add_belt_work(meridian, work, dt)
+    on_ground = gas_on_cover - meridian.pressure[0] * meridian.area.z[FIRST] - meridian.force[0] * meridian.z[0]
+    now[History.GROUND_FORCE] = columns * (on_ground + mass[0] * model.gravity)
+    now[History.GROUND_AREA] = columns * model.cover_area
+    book_forces(now, state.peaks, meridian, columns, dt, n1)
+    return height
+
+
+@kernel
+def update_generatrix(fabric, nodes, meridian, side, n1):
+    """Update edges and T11 along the generatrix, the hoop's elongation the mean of the two nodes. Eqs. (2.6), (2.9).
+
+    Reads nodes; side: hoop edge per radius. Writes meridian.x, z (m, edge vector), e, tension_1 (N/m), force and elastic (N/m:
+    edge force over edge length).
+    """
+    x, z, u, w = nodes.x, nodes.z, nodes.u, nodes.w
+    per_1 = 1.0 / fabric.h1
+    half = 0.5 * side / fabric.h2
+    for i in range(uint64(n1)):
+        j = i + ONE
+        dx = x[j] - x[i]
+        dz = z[j] - z[i]
+        square = max(dx * dx + dz * dz, SMALLEST_SQUARE)
+        inverse = 1.0 / sqrt(square)
+        e = square * inverse * per_1 - 1.0
+        rate = (dx * (u[j] - u[i]) + dz * (w[j] - w[i])) * inverse * per_1
+        across = half * (abs(x[i]) + abs(x[j])) - 1.0
+        hooke = fabric.c11 * e + fabric.c12 * across
+        tension = max(hooke + fabric.viscosity * rate, fabric.floor)
+        per_length = fabric.h2 * (1.0 + fabric.true_tension * across) * inverse
+        meridian.x[i] = dx
+        meridian.z[i] = dz
+        meridian.e[i] = e
+        meridian.tension_1[i] = tension
+        meridian.force[i] = tension * per_length
+        meridian.elastic[i] = max(hooke, fabric.floor) * per_length
+
+
+@kernel
+def update_areas(nodes, meridian, sin, n1):
+    """Update the area vectors of the nodes. F of section 3, (2.7) for a wedge of the polygon.
+
+    The gradient of the wedge's volume, sin dz (r0² + r0 r1 + r1²)/6 for each edge, sin of the angle between two columns: it gives
+    the lower node of an edge (2 r0 + r1) and the upper one (r0 + 2 r1) times (dz, -dr) sin/6. Writes meridian.area (m^2).
+    """
+    sixth = sin / 6.0
+    top = uint64(n1)
+    x, dx, dz, area_x, area_z = nodes.x, meridian.x, meridian.z, meridian.area.x, meridian.area.z
+    for i in range(ONE, top):
+        lower = sixth * (3.0 * x[i] - dx[i - ONE])
+        upper = sixth * (3.0 * x[i] + dx[i])
+        area_x[FIRST + i] = lower * dz[i - ONE] + upper * dz[i]
+        area_z[FIRST + i] = -(lower * dx[i - ONE] + upper * dx[i])
+    first = sixth * (3.0 * x[0] + dx[0])
+    area_x[FIRST] = first * dz[0]
+    area_z[FIRST] = -first * dx[0]
+    last = sixth * (3.0 * x[top] - dx[top - ONE])
+    area_x[FIRST + top] = last * dz[top - ONE]
+    area_z[FIRST + top] = -last * dx[top - ONE]
+
+
+@kernel
+def pull_belts(belts, fabric, nodes, meridian, side):
+    """Update the belts' pull inwards on their nodes. Eq. (2.3).
+
+    Reads meridian.belt_rows, e. Writes meridian.belt_tension (N/m), belt_force (N, its elastic part belt_elastic).
+    """
+    for k in range(meridian.belt_rows.size):
+        i = meridian.belt_rows[k]
+        sign = 1.0 if nodes.x[i] >= 0.0 else -1.0
+        e = abs(nodes.x[i]) * side / fabric.h2 - 1.0
+        across = 0.5 * (meridian.e[i - 1] + meridian.e[i])
+        hooke = belts.stiffness[i] * e + belts.coupling[i] * across
+        force = max(hooke + belts.viscosity[i] * sign * nodes.u[i] * side / fabric.h2, 0.0)
+        meridian.belt_tension[i] = force / belts.width[i]
+        meridian.belt_force[i] = side * sign * force
+        meridian.belt_elastic[i] = side * sign * max(hooke, 0.0)
+
+
+@kernel
+def push_meridian(fabric, nodes, meridian, work, contact, step, mass, side, n1):
+    """Push the free nodes from n to n+1, the ground stopping them. Eqs. (2.9), (2.8), (3.2), (3.4).
+
+    T22 stands at the nodes, e11 the mean of the two edges; of a node that has passed the axis the hoop is turned inside out.
+    Reads edges, areas, pressure and belts of meridian; mass (kg). Writes nodes, work; meridian.tension_2 (N/m), mean_u, mean_w
+    (m/s), kinetic (J), lift (N s, of the ground). Returns whether some node came near to cover, cargo or axis.
+    """
+    x, z, u, w = nodes.x, nodes.z, nodes.u, nodes.w
+    dx, dz, e, force, on_node, belt = meridian.x, meridian.z, meridian.e, meridian.force, meridian.pressure, meridian.belt_force
+    area_x, area_z, mean_u, mean_w = meridian.area.x, meridian.area.z, meridian.mean_u, meridian.mean_w
+    dt, length, ground = step.dt, step.length, contact.ground
+    weight = dt * step.gravity
+    per_length = 1.0 / length
+    per_2 = side / fabric.h2
+    touching = int((contact.cover == 1 or contact.cargo == 1) and step.next_cover > 0.0)  # else on the ground before that
+    near = 0
+    for i in range(ONE, uint64(n1)):
+        b = i - ONE
+        sign = 1.0 if x[i] >= 0.0 else -1.0
+        across = 0.5 * (e[b] + e[i])
+        hooke = fabric.c22 * (abs(x[i]) * per_2 - 1.0) + fabric.c21 * across
+        tension = max(hooke + fabric.viscosity * sign * u[i] * per_2, fabric.floor)
+        inwards = side * fabric.h1 * (1.0 + fabric.true_tension * across) * sign
+        elastic = max(hooke, fabric.floor) * inwards
+        force_x = force[i] * dx[i] - force[b] * dx[b] - tension * inwards - belt[i]
+        force_z = force[i] * dz[i] - force[b] * dz[b]
+        gas_x = on_node[i] * area_x[FIRST + i]
+        gas_z = on_node[i] * area_z[FIRST + i]
+        per_mass = dt / mass[i]
+        new_u = u[i] + per_mass * (force_x + gas_x)
+        free = w[i] + per_mass * (force_z + gas_z) - weight
+        new_w = max(free, (ground - z[i]) * per_length)
+        middle_u = 0.5 * (u[i] + new_u)
+        middle_w = 0.5 * (w[i] + new_w)
+        lift = mass[i] * (new_w - free)
+        work.pressure[i] += dt * (gas_x * middle_u + gas_z * middle_w)
+        work.gravity[i] -= weight * mass[i] * middle_w
+        work.ground[i] += lift * middle_w
+        work.elastic[i] -= dt * elastic * middle_u
+        work.viscous[i] -= dt * (tension * inwards - elastic) * middle_u
+        meridian.lift[i] = lift
+        meridian.kinetic[i] = 0.5 * mass[i] * (new_u * new_u + new_w * new_w)
+        meridian.tension_2[i] = tension
+        mean_u[i] = middle_u
+        mean_w[i] = middle_w
+        new_x = x[i] + length * new_u
+        new_z = max(z[i] + length * new_w, ground)
+        near |= touching & (int(new_z > step.next_cover - step.gap) | int(z[i] > step.cover - step.gap))
+        near |= contact.axis & int(new_x < GAP)
+        x[i] = new_x
+        z[i] = new_z
+        u[i] = new_u
+        w[i] = new_w
+    return near
+
+
+@kernel
+def rub_meridian(nodes, meridian, work, contact, mass, length, n1):
+    """Slow what the ground stopped in the push, by Coulomb's law. Writes nodes, meridian.kinetic, work.contact."""
+    for i in range(ONE, uint64(n1)):
+        lost = slowed(nodes.u[i], 0.0, contact.friction * meridian.lift[i] / mass[i]) - 1.0
+        jolt(nodes, work, meridian, i, i, mass[i], length, lost * nodes.u[i], 0.0, 0.0)
+
+
+@kernel
+def press_meridian(nodes, meridian, work, contact, step, mass, n1):
+    """Hold the pushed nodes off cover, cargo and axis by impulses at n+1/2, after the push and besides it.
+
+    Writes nodes, meridian.kinetic, work.contact. Returns the impulse (N s) on cover and cargo, upwards; the axis takes that
+    which holds a slack hoop at a radius of GAP, where the cloth would meet itself.
+    """
+    touching = (contact.cover == 1 or contact.cargo == 1) and step.next_cover > 0.0
+    least = GAP if contact.axis == 1 else -inf
+    length, impulse, per_length = step.length, 0.0, 1.0 / step.length
+    x, z, u, w = nodes.x, nodes.z, nodes.u, nodes.w
+    for i in range(ONE, uint64(n1)):
+        new_x, pushed_z = x[i], z[i] - step.next_cover
+        new_z = pushed_z
+        old_z = z[i] - length * w[i] - step.cover
+        if touching and (new_z > -step.gap or old_z > -step.gap):
+            new_x, _, new_z = allowed_place(contact, step.gap, new_x - length * u[i], 0.0, old_z, new_x, 0.0, new_z)
+        new_x = max(new_x, least)
+        if new_x == x[i] and new_z == pushed_z:
+            continue
+        jump_u = (new_x - x[i]) * per_length
+        jump_w = (new_z - pushed_z) * per_length
+        if contact.friction > 0.0 and abs(new_z) == step.gap:  # on the cover
+            jump_u = slowed(u[i] + jump_u, 0.0, contact.friction * abs(jump_w)) * (u[i] + jump_u) - u[i]
+        impulse -= mass[i] * jump_w
+        jolt(nodes, work, meridian, i, i, mass[i], length, jump_u, 0.0, jump_w)
+    return impulse
+
+
+@kernel
+def add_meridian_work(meridian, work, dt, n1):
+    """Add the work of the generatrix edges on the nodes at their ends, as add_edge_work does. Reads meridian. Writes work."""
+    dx, dz, mean_u, mean_w = meridian.x, meridian.z, meridian.mean_u, meridian.mean_w
+    for i in range(uint64(n1)):
+        j = i + ONE
+        closing = dt * (dx[i] * (mean_u[i] - mean_u[j]) + dz[i] * (mean_w[i] - mean_w[j]))
+        work.elastic[i] += meridian.elastic[i] * closing
+        work.viscous[i] += (meridian.force[i] - meridian.elastic[i]) * closing
+
+
+@kernel
+def add_belt_work(meridian, work, dt):
+    """Add the work of the belts on their nodes. Reads meridian. Writes work.belts, viscous."""
+    for k in range(meridian.belt_rows.size):
+        i = meridian.belt_rows[k]
+        closing = -dt * meridian.mean_u[i]
+        work.belts[i] += meridian.belt_elastic[i] * closing
+        work.viscous[i] += (meridian.belt_force[i] - meridian.belt_elastic[i]) * closing
+
+
+@kernel
+def book_forces(now, peaks, meridian, columns, dt, n1):
+    """Write the largest tensions of the step, the ground's impulse on the fabric and its area to now; raise the peaks."""
+    largest_1, largest_2, largest_belt, lift, area = 0.0, 0.0, 0.0, 0.0, 0.0
+    for i in range(uint64(n1)):
+        largest_1 = max(largest_1, meridian.tension_1[i])
+        largest_2 = max(largest_2, meridian.tension_2[i])
+        lift += meridian.lift[i]
+        area -= min(meridian.area.z[FIRST + i], 0.0) if meridian.lift[i] > 0.0 else 0.0
+    for k in range(meridian.belt_rows.size):
+        largest_belt = max(largest_belt, meridian.belt_tension[meridian.belt_rows[k]])
+    now[History.GROUND_FORCE] += columns * (lift / dt)
+    now[History.GROUND_AREA] += columns * area
+    now[History.TENSION_GENERATRIX] = largest_1
+    now[History.TENSION_HOOP] = largest_2
+    now[History.TENSION_BELT] = largest_belt
+    raise_peak_of(peaks, Peak.TENSION_GENERATRIX, largest_1, now[History.TIME], meridian.tension_1, 0.5)
+    raise_peak_of(peaks, Peak.TENSION_HOOP, largest_2, now[History.TIME], meridian.tension_2, 0.0)
+    raise_peak_of(peaks, Peak.TENSION_BELT, largest_belt, now[History.TIME], meridian.belt_tension, 0.0)
+    raise_peak(peaks, Peak.DECELERATION, now[History.ACCELERATION], now[History.TIME], float(n1))
+
+
+@kernel
+def raise_peak_of(peaks, which, largest, time, tension, shift):
+    """Keep the largest of some tensions (N/m) with its time (s) and row, shift above its index, if it is the largest so far."""
+    if largest > peaks[which, 0]:
+        row = 0
+        while tension[row] != largest:
+            row += 1
+        raise_peak(peaks, which, largest, time, row + shift)
+
+
+@kernel
+def book_meridian(now, work, meridian, columns, dt, n1):
+    """Write kinetic energy and works of all columns at n+1/2 to now, for the row of time n+1."""
+    kinetic, pressure, elastic, viscous, belts, gravity, ground, contact = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
+    for i in range(uint64(n1 + 1)):
+        kinetic += meridian.kinetic[i]
+        pressure += work.pressure[i]
+        elastic += work.elastic[i]
+        viscous += work.viscous[i]
+        belts += work.belts[i]
+        gravity += work.gravity[i]
+        ground += work.ground[i]
+        contact += work.contact[i]
+    now[History.KINETIC_ENERGY] = columns * kinetic
+    now[History.WORK_PRESSURE] = columns * pressure
+    now[History.WORK_ELASTIC] = columns * elastic
+    now[History.WORK_VISCOUS] = columns * viscous
+    now[History.WORK_BELTS] = columns * belts
+    now[History.WORK_GRAVITY] = columns * gravity
+    now[History.WORK_GROUND] = columns * ground
+    now[History.WORK_CONTACT] = columns * contact
+
+
+@kernel
+def stable_step_of_meridian(model, nodes, meridian):
+    """Return the step (s) at Courant coefficient 1: as stable_step, but no wave runs around the hoop.
+
+    w^2 <= (4 k1 + k2)/m, the trace of the stiffness that Poisson's coupling joins: k1 of an edge to the force along it, or of its
+    tension to that across; k2 of the breathing hoop, side^2 of what its polygon's edges have. Damping D likewise.
+    Reads model, nodes. Writes meridian.e, rate.
+    """
+    n1, fabric, mass = model.n1, model.fabric, model.mass
+    stiffness, viscosity = model.belts.stiffness, model.belts.viscosity
+    e, rate = meridian.e, meridian.rate
+    aspect, per_1, per_2 = fabric.h2 / fabric.h1, 1.0 / fabric.h1, 1.0 / model.contact.cover_radius
+    breathing = fabric.h2 * per_2 * per_2  # side^2/h2
+    gas_damping = 2.0 * model.pressure.damping * model.pressure.most * fabric.h1 * fabric.h2
+    for i in range(uint64(n1)):
+        dx = nodes.x[i + ONE] - nodes.x[i]
+        dz = nodes.z[i + ONE] - nodes.z[i]
+        e[i] = sqrt(dx * dx + dz * dz) * per_1 - 1.0
+    for i in range(ONE, uint64(n1)):
+        e1 = max(e[i - ONE], e[i], 0.0)
+        e2 = max(abs(nodes.x[i]) * per_2 - 1.0, 0.0)
+        wide_1 = (1.0 + fabric.true_tension * e1) * fabric.h1
+        wide_2 = (1.0 + fabric.true_tension * e2) * aspect
+        edge = max(fabric.c11, (fabric.c11 * e1 + fabric.c12 * e2) / (1.0 + e1)) * wide_2
+        square = (4.0 * edge + breathing * (fabric.c22 * wide_1 + stiffness[i])) / mass[i]
+        damping = 4.0 * fabric.viscosity * wide_2 + breathing * (fabric.viscosity * wide_1 + viscosity[i])
+        damping = (damping + gas_damping * (1.0 + e1) * (1.0 + e2)) / mass[i]
+        rate[i] = damping + sqrt(damping * damping + 4.0 * square)
+    fastest = 0.0
+    for i in range(ONE, uint64(n1)):
+        fastest = max(fastest, rate[i])
+    return 4.0 / fastest
+
+
+@kernel
+def advance_meridian(model, state, meridian, history, interval, most, until):
+    """Advance the axisymmetric shell as advance does the rows. Returns the rows of history and the Outcome."""
+    now, work, n1, columns = state.now, state.work, model.n1, model.sector.copies
+    rows = 0
+    done = 0
+    while done < most and now[History.TIME] < until and rows + 1 < history.shape[0]:
+        if state.steps[0] % STEPS_PER_STEP_CHOICE == 0:
+            state.stable_step[0] = stable_step_of_meridian(model, state.nodes, meridian)  # (3.3)
+        length, dt = begin_step(model, state)
+        height = sweep_meridian(model, state, meridian, dt, length)
+        if state.steps[0] % interval == 0:
+            record(history, rows, now)
+            rows += 1
+        book_meridian(now, work, meridian, columns, dt, n1)
+        outcome = end_step(model, state, length, height)
+        done += 1
+        if outcome != Outcome.RUNNING:
+            record(history, rows, now)
+            return rows + 1, outcome
+    return rows, Outcome.RUNNING
