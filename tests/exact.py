@@ -206,7 +206,8 @@ def pressed_shell(membrane: Membrane, length: float, height: float, steps: int =
     lying, free = shoot(unknown)
     if not (unknown[1] > 0.0 and lying[0, 3] > 0.0):
         raise ArithmeticError("the wall does not lie on the ground, or is slack")
-    lengths = np.concatenate([np.linspace(0.0, unknown[1], steps + 1), np.linspace(unknown[1], 0.5 * length, steps + 1)[1:]])
+    flat, parts = unknown[1], np.linspace(0.0, 1.0, steps + 1)
+    lengths = np.concatenate([flat * parts, flat + (0.5 * length - flat) * parts[1:]])
     r, _, _, force_1 = np.concatenate([lying, free[1:]]).T
     tension_1 = force_1 / (r / membrane.radius if membrane.true_tension else 1.0)
     contact = lying[-1, 0]
@@ -225,8 +226,8 @@ class Stadium(NamedTuple):
 def stadium(stiffness: float, pressure: float, radius: float, gap: float) -> Stadium:
     """Tube of unloaded radius R at a gap h, λ1 = 1; stiffness E/(1 - ν²), N/m, inf for an inextensible one.
 
-    Free arcs carry T = p times their radius, which the straight contacts, level and smooth, make h/2 and the same all around; so
-    λ2 = 1 + T/E'. Two half-circles and two straight lines b: πh + 2b = 2πR λ2. The pressure acts through the cloth: force p b.
+    Free arcs carry T = p times their radius, which the straight contacts, level and smooth, make h/2; T is the same all around,
+    so λ2 = 1 + T/E'. Two half-circles and two straight lines b: πh + 2b = 2πR λ2. The gas acts through the cloth: force p b.
     """
     tension = 0.5 * pressure * gap
     width = pi * (radius * (1.0 + tension / stiffness) - 0.5 * gap)
