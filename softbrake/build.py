@@ -32,6 +32,8 @@ from softbrake.state import (
     Work,
 )
 
+ONE_COLUMN = ("axisymmetric", "lumped")  # fidelities whose arrays hold the generatrix only
+LUMPED_STEPS = 2000  # in which the cargo would fall the shell's height at its first velocity
 SLIVER = 1e-3  # least part of a belt that a row carries, of what the row with most of it does
 
 
@@ -43,7 +45,7 @@ def build_model(case: Case) -> Model:
     part of its width that lies in each one's half cells.
     """
     n1, hoop = case.grid.generatrix, case.grid.hoop
-    n2 = {"full": hoop, "sector": case.model.sector or 0, "axisymmetric": 1}[case.model.fidelity]
+    n2 = {"full": hoop, "sector": case.model.sector or 0, "axisymmetric": 1, "lumped": 1}[case.model.fidelity]
     sectors = hoop // n2
     radius = 0.5 * case.shell.diameter
     h1 = case.shell.height / n1
@@ -91,10 +93,11 @@ def build_model(case: Case) -> Model:
         courant=case.time.courant,
         end=case.time.end,
         gravity=case.gravity,
+        radius=radius,
         cargo_mass=case.cargo.mass / sectors,
         cover_area=0.5 * n2 * radius * radius * sin(2.0 * pi / hoop),
         most_gas_work=most_pressure * pi * case.shell.diameter**2 * case.shell.height,
-        mass=line_mass * h2,
+        mass=0.0 * line_mass if case.model.fidelity == "lumped" else line_mass * h2,
         fabric=fabric,
         belts=belts,
         lobes=_lobes(belts.width if "belts" in case.contact else np.zeros(n1 + 1)),
@@ -128,7 +131,7 @@ def build_model(case: Case) -> Model:
 
 def build_state(case: Case, model: Model) -> State:
     """Return the state at first contact: unloaded shell, all of it falling with the cargo but the row on the ground."""
-    one_column = case.model.fidelity == "axisymmetric"
+    one_column = case.model.fidelity in ONE_COLUMN
     stride = 1 if one_column else model.stride
     angle = np.zeros(1) if one_column else 2.0 * pi * (np.arange(stride) - PAD) / case.grid.hoop
     radius = 0.5 * case.shell.diameter
@@ -147,7 +150,7 @@ def build_state(case: Case, model: Model) -> State:
         nodes=nodes,
         now=now,
         steps=np.zeros(1, np.int64),
-        stable_step=np.zeros(1),
+        stable_step=np.full(1, case.shell.height / case.cargo.velocity / LUMPED_STEPS),  # others choose theirs
         last_step=np.zeros(1),
         kinetic_start=np.array([now[History.KINETIC_ENERGY]]),
         peaks=np.zeros((len(Peak), 3)),
@@ -193,7 +196,7 @@ def whole_shell(case: Case, state: State) -> tuple[Model, Nodes]:
     angle = 2.0 * pi * turn / model.sector.copies
     parts = (
         [values[:, None] for values in state.nodes]
-        if case.model.fidelity == "axisymmetric"
+        if case.model.fidelity in ONE_COLUMN
         else [values.reshape(whole.n1 + 1, -1)[:, PAD + column] for values in state.nodes]
     )
     x, y, z, u, v, w = (values.reshape(whole.n1 + 1, whole.stride) for values in nodes)

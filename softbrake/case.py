@@ -125,7 +125,7 @@ class Model:
     """Numerical model."""
 
     scheme: Literal["edge", "cell"]  # cell is (3.2) as printed
-    fidelity: Literal["full", "sector", "axisymmetric"]
+    fidelity: Literal["full", "sector", "axisymmetric", "lumped"]
     sector: int | None  # columns of the one sector that is computed (sector)
 
 
@@ -303,16 +303,16 @@ class _CaseChecker(Checker):
             return model
         if fidelity == "sector" and "sector" not in node.value:
             self.missing(node, "model", next(key for key in SECTIONS["model"] if key.name == "sector"))
-        elif fidelity in ("full", "axisymmetric") and "sector" in node.value:
+        elif fidelity in ("full", "axisymmetric", "lumped") and "sector" in node.value:
             place, where = last_given(node, "model", ["sector", "fidelity"])
             self.fault(place, where, f"a sector of the {fidelity} shell", "fidelity: sector, or no sector is wanted")
         elif sector is not None and hoop is not None and hoop % sector:
             place, where = last_given(node, "model", ["sector"])
             divisors = ", ".join(str(number) for number in range(1, hoop) if hoop % number == 0)
             self.fault(place, where, f"{sector} columns do not divide grid.hoop, {hoop}", f"one of {divisors} is wanted")
-        if fidelity == "axisymmetric" and model.get("scheme") == "cell":
+        if fidelity in ("axisymmetric", "lumped") and model.get("scheme") == "cell":
             place, where = last_given(node, "model", ["scheme", "fidelity"])
-            fault = "the axisymmetric shell has the edge scheme only"
+            fault = f"the {fidelity} shell does not know the cell scheme"
             self.fault(place, where, fault, "scheme: edge or fidelity: full is wanted")
         return model
 

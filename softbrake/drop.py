@@ -14,10 +14,20 @@ from typing import NamedTuple
 import numpy as np
 
 from softbrake import __version__
-from softbrake.build import build_meridian, build_model, build_state, build_sweep, grid_view, initial_energy, whole_shell
+from softbrake.build import (
+    ONE_COLUMN,
+    build_meridian,
+    build_model,
+    build_state,
+    build_sweep,
+    grid_view,
+    initial_energy,
+    whole_shell,
+)
 from softbrake.case import Case
 from softbrake.kernels.fields import sample_fields
 from softbrake.kernels.jit import CACHE_FOLDER, PACKAGE, hash_sources
+from softbrake.kernels.lumped import advance_lumped
 from softbrake.kernels.meridian import advance_meridian
 from softbrake.kernels.pressure import pressure_at
 from softbrake.kernels.step import advance
@@ -26,6 +36,7 @@ from softbrake.state import Floats, History, Meridian, Model, Nodes, Outcome, Pe
 from softbrake.summary import ModelUsed, Summary, Work
 from softbrake.summary import Peak as PeakFound
 
+KERNELS = {"full": advance, "sector": advance, "axisymmetric": advance_meridian, "lumped": advance_lumped}
 NODE_STEPS_PER_CHUNK = 2_000_000  # about 0.1 s between chances for progress and Ctrl-C
 HISTORY_ROWS = 4096
 BURST = 1.5  # median hoop stretch; skeleton fabrics are used up to 1.3, and a faulty step stretches a few nodes only
@@ -54,8 +65,8 @@ class Diverged(Exception):
 
 def kernels_cached(case: Case) -> bool:
     """Whether a run of the case starts at once, its kernels having been compiled before."""
-    driver = "meridian.advance_meridian" if case.model.fidelity == "axisymmetric" else "step.advance"
-    return any(CACHE_FOLDER.rglob(f"{driver}-*.nbc"))
+    kernel = KERNELS[case.model.fidelity]
+    return any(CACHE_FOLDER.rglob(f"{kernel.__module__.rpartition('.')[2]}.{kernel.__name__}-*.nbc"))
 
 
 def run(case: Case, results: str | Path | None = None, progress: Callable[[Progress], None] | None = None) -> Summary:
@@ -94,8 +105,8 @@ class Drop:
         self.case = case
         self.model: Model = build_model(case)
         self.state: State = build_state(case, self.model)
-        self.axisymmetric = case.model.fidelity == "axisymmetric"
-        self.sweep: Sweep | Meridian = build_meridian(self.model) if self.axisymmetric else build_sweep(self.model)
+        one_column = case.model.fidelity in ONE_COLUMN
+        self.sweep: Sweep | Meridian = build_meridian(self.model) if one_column else build_sweep(self.model)
         self.history: Floats = np.empty((HISTORY_ROWS, len(History)))
         self.kernel_seconds = 0.0
 
@@ -105,7 +116,7 @@ class Drop:
         Returns the new rows, a view that the next call overwrites, and the outcome: RUNNING where it only paused.
         """
         start = time.perf_counter()
-        kernel = advance_meridian if self.axisymmetric else advance
+        kernel = KERNELS[self.case.model.fidelity]
         rows, outcome = kernel(self.model, self.state, self.sweep, self.history, self.case.output.history_interval, most, until)
         self.kernel_seconds += time.perf_counter() - start
         return self.history[:rows], Outcome(outcome)

@@ -113,7 +113,7 @@ LAW = Key("law", tuple(PRESSURE), "over time; sine is (2.10)", "constant", requi
 
 CONTACT = ("ground", "belts", "cover", "cargo", "axis", "folds")  # what stops the fabric
 RESIDUAL = {"cut": 0.0, "wrinkle": 0.005, "compression": 1.0}  # default by what slack fabric does
-UNKNOWN_CONTACT = {"full": ("axis",), "sector": ("axis", "folds"), "axisymmetric": ()}  # by fidelity
+UNKNOWN_CONTACT = {"full": ("axis",), "sector": ("axis", "folds"), "axisymmetric": (), "lumped": ()}  # by fidelity
 CONTACT_SETS = {"full": ("ground", "cover", "cargo", "axis", "folds"), "paper": ("ground", "belts")}
 TOP = (
     Key("title", str, "heads the results", "My drop", computed="name of the file"),
@@ -173,8 +173,8 @@ SECTIONS: dict[str, tuple[Key, ...]] = {
         Key("scheme", ("edge", "cell"), "cell is (3.2) as printed", "edge", default="edge"),
         Key(
             "fidelity",
-            ("full", "sector", "axisymmetric"),
-            "all columns of the hoop, or a part that repeats",
+            tuple(UNKNOWN_CONTACT),
+            "the whole hoop, a part that repeats, one column, or gas alone",
             "full",
             default="full",
         ),

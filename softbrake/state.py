@@ -184,6 +184,7 @@ class Model(NamedTuple):
     courant: float
     end: float  # s
     gravity: float  # m/s^2
+    radius: float  # m, of the unloaded shell
     cargo_mass: float  # kg, without the shell; one sector's share
     cover_area: float  # m^2, of the polygon of the row on the cover; one sector's share
     most_gas_work: float  # J, more than gas can give: largest pressure times the volume at twice the diameter
@@ -293,9 +294,14 @@ class Meridian(NamedTuple):
     belt_force: Floats  # N, of the belt on the node, inwards
     belt_elastic: Floats  # N, its elastic part
     pressure: Floats  # Pa
-    mean_u: Floats  # m/s, mean of the velocities at n-1/2 and n+1/2 before contact
+    hoop: Floats  # N, of the fabric's hoop on the node, inwards
+    hoop_elastic: Floats  # N, its elastic part
+    mean_u: Floats  # m/s, mean of the velocities at n-1/2 and n+1/2
     mean_w: Floats  # m/s
+    free_u: Floats  # m/s, at n+1/2 before contact, but that with the ground
+    free_w: Floats  # m/s
     kinetic: Floats  # J
+    contact: Floats  # J, scratch
     lift: Floats  # N s, of the ground on the node
     rate: Floats  # 1/s, fastest, for the choice of the step
     area: Rows  # m^2, area vectors of the nodes outwards; node i at PAD + i

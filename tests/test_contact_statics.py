@@ -69,7 +69,7 @@ def squeeze(model, state, sweep, start, end, lowering, steps, dt):
         add_hoop_forces(h, force, FIRST, n2)
         update_damped_pressure(model.pressure, model.pressure.value, nodes, area, gas, node, n2)
         push_row(nodes, force, area, gas, sweep.mean, work, by_column, contact, course, mass, node, FIRST, n2)
-        press_row(nodes, force, work, by_column, contact, course, mass, node, n2)
+        press_row(nodes, force, area, gas, sweep.mean, work, by_column, contact, course, mass, node, FIRST, n2)
 
 
 class Tube(NamedTuple):
@@ -249,26 +249,22 @@ def test_force_on_the_cargo_is_the_slope_of_the_potential(plates: bool, at: floa
 def test_gas_works_by_change_of_volume_through_contact(plates: bool) -> None:
     """Cloth held by cover, cargo or ground stands still across them, whatever presses on it: the gas does no work there.
 
-    A drop whose wall folds up beside the cargo, and a shell squeezed so fast that it never comes to rest. From n-1/2 to n+1/2
-    the gas pushes cloth on its way to the face that stops it, and the ledger has that as work of the gas, lost in contact: an
-    error that falls with the step.
+    A drop whose wall folds up beside the cargo, and a shell squeezed so fast that it never comes to rest. At any step, since the
+    impulses of cover and ground belong to the step that they act in.
     """
-    errors = []
-    for courant in (0.4, 0.2, 0.1, 0.05):
-        others = ("grid={generatrix: 12, hoop: 30}", "pressure.damping=0.0005", f"time.courant={courant}")
+    for courant in (0.4, 0.1):
+        others = ("grid={generatrix: 12, hoop: 30}", "pressure.damping=0", f"time.courant={courant}")
         if plates:
-            falling = upright("true_tension", 12, 30, *others, "pressure.damping=0", plates=True)
+            falling = upright("true_tension", 12, 30, *others, plates=True)
         else:
             falling = Drop(load_case(NO_BELTS, ["contact=[ground, cover, cargo]", *others]))
         run_to(falling, 0.08)
         worked, filled = falling.now(History.WORK_PRESSURE), volume(places_of_ledger(falling))
         run_to(falling, 0.1)
         work = PRESSURE * (volume(places_of_ledger(falling)) - filled)
-        errors.append((falling.now(History.WORK_PRESSURE) - worked) / work - 1)
+        assert falling.now(History.WORK_PRESSURE) - worked == pytest.approx(work, rel=1e-3)
         radius, z, _ = cloth(falling)
         if plates:
             assert (z < 1e-9).sum() > 3 < (z > falling.now(History.HEIGHT) - 1e-4).sum()
         else:
             assert (radius < RADIUS * (1 + 1e-9)).sum() > 5
-    assert fitted_order(errors) > 0.9
-    assert abs(2 * errors[-1] - errors[-2]) < 0.01  # in the limit of no step nothing is left

@@ -39,7 +39,7 @@ def finish(falling: Drop, until: float = np.inf) -> tuple[Floats, Outcome]:
 
 def radii(falling: Drop) -> Floats:
     """Distances of the nodes from the axis (m), by row and column."""
-    if falling.axisymmetric:
+    if falling.case.model.fidelity == "axisymmetric":
         return falling.state.nodes.x[:, None]
     nodes, model = falling.state.nodes, falling.model
     return np.hypot(grid_view(nodes.x, model), grid_view(nodes.y, model))

@@ -5,7 +5,7 @@ from math import sqrt
 from numba import uint64
 
 from softbrake.kernels.jit import kernel
-from softbrake.kernels.motion import close_nodes
+from softbrake.kernels.motion import close_nodes, close_row, turn_row
 from softbrake.state import PAD, History, Step
 
 FIRST = uint64(PAD)
@@ -68,7 +68,7 @@ def any_above(z, w, step, node, columns):
 
 
 @kernel
-def press_row(nodes, jump, work, by_column, contact, step, mass, node, columns):
+def press_row(nodes, jump, area, pressure, mean, work, by_column, contact, step, mass, node, row, columns):
     """Hold a row of pushed nodes off cover and cargo, and rub it on the cover.
 
     Reads step: a Step; mass (kg) of a node. Writes nodes at offset node; by_column.on_cargo (N s, of the nodes on cover and
@@ -92,7 +92,7 @@ def press_row(nodes, jump, work, by_column, contact, step, mass, node, columns):
         jump_y[FIRST + j] = jump_v
         jump_z[FIRST + j] = jump_w
         on_cargo[j] -= mass * jump_w
-    jolt_row(nodes, jump, work, by_column, step, mass, node, columns)
+    stop_row(nodes, jump, area, pressure, mean, work, by_column, step, mass, node, row, columns)
 
 
 @kernel
@@ -103,7 +103,7 @@ def slowed(u, v, most):
 
 
 @kernel
-def rub_row(nodes, jump, work, by_column, contact, step, mass, node, columns):
+def rub_row(nodes, jump, area, pressure, mean, work, by_column, contact, step, mass, node, row, columns):
     """Slow what the ground stopped in the push of a row, by Coulomb's law. Reads by_column.lift (N s); jump: scratch."""
     u, v, jump_x, jump_y, jump_z, lift = nodes.u, nodes.v, jump.x, jump.y, jump.z, by_column.lift
     most = contact.friction / mass
@@ -112,20 +112,31 @@ def rub_row(nodes, jump, work, by_column, contact, step, mass, node, columns):
         jump_x[FIRST + j] = lost * u[node + j]
         jump_y[FIRST + j] = lost * v[node + j]
         jump_z[FIRST + j] = 0.0
-    jolt_row(nodes, jump, work, by_column, step, mass, node, columns)
+    stop_row(nodes, jump, area, pressure, mean, work, by_column, step, mass, node, row, columns)
 
 
 @kernel
-def jolt_row(nodes, jump, work, by_column, step, mass, node, columns):
-    """Give a row of nodes jumps of velocity (m/s), as jolt does."""
-    length = step.length
+def stop_row(nodes, jump, area, pressure, mean, work, by_column, step, mass, node, row, columns):
+    """Give a row of nodes jumps of velocity (m/s) within the step that pushed them: half of each is in the means of the step.
+
+    Books what that changes of the works of gas, weight and ground; those of the tensions follow from the means.
+    Writes nodes, mean, work, by_column.kinetic.
+    """
+    length, dt, weight = step.length, step.dt, step.dt * step.gravity * mass
     for j in range(uint64(columns)):
         a = node + j
         b = FIRST + j
+        c = row + j
         u, v, w = jump.x[b], jump.y[b], jump.z[b]
-        gain = mass * (u * (nodes.u[a] + 0.5 * u) + v * (nodes.v[a] + 0.5 * v) + w * (nodes.w[a] + 0.5 * w))
-        work.contact[j] += gain
-        by_column.kinetic[j] += gain
+        half_u, half_v, half_w = 0.5 * u, 0.5 * v, 0.5 * w
+        work.pressure[j] += dt * pressure[j] * (area.x[b] * half_u + area.y[b] * half_v + area.z[b] * half_w)
+        work.gravity[j] -= weight * half_w
+        work.ground[j] += by_column.lift[j] * half_w
+        by_column.kinetic[j] += mass * (u * (nodes.u[a] + half_u) + v * (nodes.v[a] + half_v) + w * (nodes.w[a] + half_w))
+        mean.x[c] += half_u
+        mean.y[c] += half_v
+        mean.z[c] += half_w
+        work.contact[j] += mass * (u * mean.x[c] + v * mean.y[c] + w * mean.z[c])
         nodes.x[a] += length * u
         nodes.y[a] += length * v
         nodes.z[a] += length * w
@@ -133,18 +144,27 @@ def jolt_row(nodes, jump, work, by_column, step, mass, node, columns):
         nodes.v[a] += v
         nodes.w[a] += w
     close_nodes(nodes, step.sector, node, columns)
+    turn_row(mean.x, mean.y, step.sector, row, columns)
+    close_row(mean.z, row, columns)
 
 
 @kernel
 def jolt(nodes, work, by_column, a, j, mass, length, u, v, w):
-    """Give node a of column j a jump of velocity (m/s), and its place what that changes by n+1.
+    """Give node a of column j a jump of velocity (m/s) at n+1/2, after the step that pushed it.
 
-    All contact but the ground's own acts so, at n+1/2 after the push: an impulse in no time, in which no other force does work.
-    Writes nodes; work.contact, by_column.kinetic (J).
+    For contact between rows, whose works are booked already. The gas is then booked to have pushed the node before contact
+    stopped it: both works are too large by the same, which falls with the step. Writes nodes, work.contact and
+    by_column.kinetic (J).
     """
     gain = mass * (u * (nodes.u[a] + 0.5 * u) + v * (nodes.v[a] + 0.5 * v) + w * (nodes.w[a] + 0.5 * w))
     work.contact[j] += gain
     by_column.kinetic[j] += gain
+    shift(nodes, a, length, u, v, w)
+
+
+@kernel
+def shift(nodes, a, length, u, v, w):
+    """Change the velocity of node a by u, v, w (m/s) and its place by what that makes in a step (s)."""
     nodes.x[a] += length * u
     nodes.y[a] += length * v
     nodes.z[a] += length * w

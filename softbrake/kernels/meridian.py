@@ -8,7 +8,7 @@ from math import inf, sqrt
 
 from numba import uint64
 
-from softbrake.kernels.contact import GAP, allowed_place, foresee, jolt, slowed
+from softbrake.kernels.contact import GAP, allowed_place, foresee, shift, slowed
 from softbrake.kernels.course import STEPS_PER_STEP_CHOICE, begin_step, end_step, raise_peak, record
 from softbrake.kernels.geometry import SMALLEST_SQUARE
 from softbrake.kernels.jit import kernel
@@ -30,7 +30,7 @@ def sweep_meridian(model, state, meridian, dt, length):
     """
     n1, fabric, contact, columns = model.n1, model.fabric, model.contact, model.sector.copies
     nodes, now, work, mass = state.nodes, state.now, state.work, model.mass
-    side = fabric.h2 / contact.cover_radius
+    side = fabric.h2 / model.radius
     pressure = pressure_at(model.pressure, now[History.TIME])  # (2.10)
     now[History.PRESSURE] = pressure
     gas_on_cover = pressure * model.cover_area
@@ -46,13 +46,14 @@ def sweep_meridian(model, state, meridian, dt, length):
     else:
         for i in range(uint64(n1 + 1)):
             meridian.pressure[i] = pressure
-    near = push_meridian(fabric, nodes, meridian, work, contact, step, mass, side, n1)  # (2.8), (2.9), (3.4)
+    near = push_meridian(fabric, nodes, meridian, contact, step, mass, side, n1)  # (2.8), (2.9), (3.4)
     if contact.friction > 0.0:
-        rub_meridian(nodes, meridian, work, contact, mass, length, n1)
+        rub_meridian(nodes, meridian, contact, mass, length, n1)
     impulse = 0.0
     if near != 0:
-        impulse = press_meridian(nodes, meridian, work, contact, step, mass, n1)
-    part_meridian_lobes(nodes, work, meridian, model.lobes, contact.ground, mass, length, n1)  # (2.5)
+        impulse = press_meridian(nodes, meridian, contact, step, mass, n1)
+    part_meridian_lobes(nodes, meridian, model.lobes, contact.ground, mass, length, n1)  # (2.5)
+    add_node_work(nodes, meridian, work, step, mass, n1)
 
     below = uint64(n1 - 1)
     pull = meridian.force[below] * meridian.z[below]
@@ -153,16 +154,16 @@ def pull_belts(belts, fabric, nodes, meridian, side):
 
 
 @kernel
-def push_meridian(fabric, nodes, meridian, work, contact, step, mass, side, n1):
+def push_meridian(fabric, nodes, meridian, contact, step, mass, side, n1):
     """Push the free nodes from n to n+1, the ground stopping them. Eqs. (2.9), (2.8), (3.2), (3.4).
 
     T22 stands at the nodes, e11 the mean of the two edges; of a node that has passed the axis the hoop is turned inside out.
-    Reads edges, areas, pressure and belts of meridian; mass (kg). Writes nodes, work; meridian.tension_2 (N/m), mean_u, mean_w
-    (m/s), kinetic (J), lift (N s, of the ground). Returns whether some node came near to cover, cargo or axis.
+    Reads edges, areas, pressure and belts of meridian; mass (kg). Writes nodes; meridian.tension_2 (N/m), hoop and hoop_elastic
+    (N), mean_u, mean_w, free_u, free_w (m/s), lift (N s). Returns whether some node came near to cover, cargo or axis.
     """
     x, z, u, w = nodes.x, nodes.z, nodes.u, nodes.w
     dx, dz, e, force, on_node, belt = meridian.x, meridian.z, meridian.e, meridian.force, meridian.pressure, meridian.belt_force
-    area_x, area_z, mean_u, mean_w = meridian.area.x, meridian.area.z, meridian.mean_u, meridian.mean_w
+    area_x, area_z = meridian.area.x, meridian.area.z
     dt, length, ground = step.dt, step.length, contact.ground
     weight = dt * step.gravity
     per_length = 1.0 / length
@@ -179,28 +180,20 @@ def push_meridian(fabric, nodes, meridian, work, contact, step, mass, side, n1):
         elastic = max(hooke, fabric.residual * hooke)
         tension = max(hooke + fabric.viscosity * sign * u[i] * per_2, min(elastic, 0.0) + fabric.floor)
         inwards = side * fabric.h1 * (1.0 + fabric.true_tension * across) * sign
-        elastic *= inwards
-        force_x = force[i] * dx[i] - force[b] * dx[b] - tension * inwards - belt[i]
-        force_z = force[i] * dz[i] - force[b] * dz[b]
-        gas_x = on_node[i] * area_x[FIRST + i]
-        gas_z = on_node[i] * area_z[FIRST + i]
+        force_x = force[i] * dx[i] - force[b] * dx[b] - tension * inwards - belt[i] + on_node[i] * area_x[FIRST + i]
+        force_z = force[i] * dz[i] - force[b] * dz[b] + on_node[i] * area_z[FIRST + i]
         per_mass = dt / mass[i]
-        new_u = u[i] + per_mass * (force_x + gas_x)
-        free = w[i] + per_mass * (force_z + gas_z) - weight
+        new_u = u[i] + per_mass * force_x
+        free = w[i] + per_mass * force_z - weight
         new_w = max(free, (ground - z[i]) * per_length)
-        middle_u = 0.5 * (u[i] + new_u)
-        middle_w = 0.5 * (w[i] + new_w)
-        lift = mass[i] * (new_w - free)
-        work.pressure[i] += dt * (gas_x * middle_u + gas_z * middle_w)
-        work.gravity[i] -= weight * mass[i] * middle_w
-        work.ground[i] += lift * middle_w
-        work.elastic[i] -= dt * elastic * middle_u
-        work.viscous[i] -= dt * (tension * inwards - elastic) * middle_u
-        meridian.lift[i] = lift
-        meridian.kinetic[i] = 0.5 * mass[i] * (new_u * new_u + new_w * new_w)
         meridian.tension_2[i] = tension
-        mean_u[i] = middle_u
-        mean_w[i] = middle_w
+        meridian.hoop[i] = tension * inwards
+        meridian.hoop_elastic[i] = elastic * inwards
+        meridian.lift[i] = mass[i] * (new_w - free)
+        meridian.mean_u[i] = 0.5 * (u[i] + new_u)
+        meridian.mean_w[i] = 0.5 * (w[i] + new_w)
+        meridian.free_u[i] = new_u
+        meridian.free_w[i] = new_w
         new_x = x[i] + length * new_u
         new_z = max(z[i] + length * new_w, ground)
         near |= touching & (int(new_z > step.next_cover - step.gap) | int(z[i] > step.cover - step.gap))
@@ -213,18 +206,18 @@ def push_meridian(fabric, nodes, meridian, work, contact, step, mass, side, n1):
 
 
 @kernel
-def rub_meridian(nodes, meridian, work, contact, mass, length, n1):
-    """Slow what the ground stopped in the push, by Coulomb's law. Writes nodes, meridian.kinetic, work.contact."""
+def rub_meridian(nodes, meridian, contact, mass, length, n1):
+    """Slow what the ground stopped in the push, by Coulomb's law. Writes nodes."""
     for i in range(ONE, uint64(n1)):
         lost = slowed(nodes.u[i], 0.0, contact.friction * meridian.lift[i] / mass[i]) - 1.0
-        jolt(nodes, work, meridian, i, i, mass[i], length, lost * nodes.u[i], 0.0, 0.0)
+        shift(nodes, i, length, lost * nodes.u[i], 0.0, 0.0)
 
 
 @kernel
-def press_meridian(nodes, meridian, work, contact, step, mass, n1):
-    """Hold the pushed nodes off cover, cargo and axis by impulses at n+1/2, after the push and besides it.
+def press_meridian(nodes, meridian, contact, step, mass, n1):
+    """Hold the pushed nodes off cover, cargo and axis.
 
-    Writes nodes, meridian.kinetic, work.contact. Returns the impulse (N s) on cover and cargo, upwards; the axis takes that
+    Writes nodes. Returns the impulse (N s) on cover and cargo, upwards; the axis takes that
     which holds a slack hoop at a radius of GAP, where the cloth would meet itself.
     """
     touching = (contact.cover == 1 or contact.cargo == 1) and step.next_cover > 0.0
@@ -245,8 +238,33 @@ def press_meridian(nodes, meridian, work, contact, step, mass, n1):
         if contact.friction > 0.0 and abs(new_z) == step.gap:  # on the cover
             jump_u = slowed(u[i] + jump_u, 0.0, contact.friction * abs(jump_w)) * (u[i] + jump_u) - u[i]
         impulse -= mass[i] * jump_w
-        jolt(nodes, work, meridian, i, i, mass[i], length, jump_u, 0.0, jump_w)
+        shift(nodes, i, length, jump_u, 0.0, jump_w)
     return impulse
+
+
+@kernel
+def add_node_work(nodes, meridian, work, step, mass, n1):
+    """Add what gas, weight, ground, hoops and contact work on the free nodes, over the means of their velocities.
+
+    What contact changed of the pushed velocities (free_u, free_w) belongs to the step: half of it is in the means, by which the
+    other forces work. Writes work, meridian.kinetic (J), mean_u, mean_w (m/s).
+    """
+    dt, weight = step.dt, step.dt * step.gravity
+    for i in range(ONE, uint64(n1)):
+        u, w = nodes.u[i], nodes.w[i]
+        jump_u, jump_w = u - meridian.free_u[i], w - meridian.free_w[i]
+        mean_u = meridian.mean_u[i] + 0.5 * jump_u
+        mean_w = meridian.mean_w[i] + 0.5 * jump_w
+        gas = meridian.pressure[i] * (meridian.area.x[FIRST + i] * mean_u + meridian.area.z[FIRST + i] * mean_w)
+        work.pressure[i] += dt * gas
+        work.gravity[i] -= weight * mass[i] * mean_w
+        work.ground[i] += meridian.lift[i] * mean_w
+        work.elastic[i] -= dt * meridian.hoop_elastic[i] * mean_u
+        work.viscous[i] -= dt * (meridian.hoop[i] - meridian.hoop_elastic[i]) * mean_u
+        work.contact[i] += mass[i] * (jump_u * mean_u + jump_w * mean_w)
+        meridian.kinetic[i] = 0.5 * mass[i] * (u * u + w * w)
+        meridian.mean_u[i] = mean_u
+        meridian.mean_w[i] = mean_w
 
 
 @kernel
@@ -336,7 +354,7 @@ def stable_step_of_meridian(model, nodes, meridian):
     n1, fabric, mass = model.n1, model.fabric, model.mass
     stiffness, viscosity = model.belts.stiffness, model.belts.viscosity
     e, rate = meridian.e, meridian.rate
-    aspect, per_1, per_2 = fabric.h2 / fabric.h1, 1.0 / fabric.h1, 1.0 / model.contact.cover_radius
+    aspect, per_1, per_2 = fabric.h2 / fabric.h1, 1.0 / fabric.h1, 1.0 / model.radius
     breathing = fabric.h2 * per_2 * per_2  # side^2/h2
     gas_damping = 2.0 * model.pressure.damping * model.pressure.most * fabric.h1 * fabric.h2
     for i in range(uint64(n1)):

@@ -108,9 +108,9 @@ def sweep_rows(model, state, sweep, dt, length):
         elif i < n1:
             push_row(nodes, force, area, on_nodes, mean, work, by_column, contact, step, mass[i], node, row, n2)  # (3.2)
             if contact.friction > 0.0:
-                rub_row(nodes, force, work, by_column, contact, step, mass[i], node, n2)
+                rub_row(nodes, force, area, on_nodes, mean, work, by_column, contact, step, mass[i], node, row, n2)
             if touching and any_above(heights, rising, step, node, n2):
-                press_row(nodes, force, work, by_column, contact, step, mass[i], node, n2)
+                press_row(nodes, force, area, on_nodes, mean, work, by_column, contact, step, mass[i], node, row, n2)
         else:
             part_lobes(nodes, work, by_column, lobes, contact.ground, model.sector, mass, length, stride, n1, n2)  # (2.5)
             tension, gas = vertical_forces(force, area, on_nodes, n2)

@@ -1,0 +1,45 @@
+"""The drop without a shell: gas of the law's pressure under the cover's area, a piston. Eqs. (2.4), (2.10)."""
+
+from softbrake.kernels.contact import foresee
+from softbrake.kernels.course import begin_step, end_step, raise_peak, record
+from softbrake.kernels.jit import kernel
+from softbrake.kernels.motion import push_cargo
+from softbrake.kernels.pressure import pressure_at
+from softbrake.state import History, Outcome, Peak
+
+
+@kernel
+def advance_lumped(model, state, _, history, interval, most, until):
+    """Advance the cargo alone, as advance does with the shell. Returns the rows of history and the Outcome.
+
+    Exact for constant pressure, of second order else. Nodes are drawn on a straight wall; they weigh and carry nothing.
+    """
+    now, nodes, rows, done = state.now, state.nodes, 0, 0
+    area, mass = model.sector.copies * model.cover_area, model.sector.copies * model.cargo_mass
+    while done < most and now[History.TIME] < until and rows + 1 < history.shape[0]:
+        length, dt = begin_step(model, state)
+        pressure = pressure_at(model.pressure, now[History.TIME])  # (2.10)
+        force = pressure * area
+        old = nodes.w[model.n1]
+        step = foresee(now, old, model.gravity, model.sector, dt, length)
+        now[History.PRESSURE] = pressure
+        now[History.COVER_FORCE] = now[History.GROUND_FORCE] = force
+        now[History.GROUND_AREA] = area
+        velocity, height = push_cargo(now, old, step, mass)  # (2.4)
+        raise_peak(state.peaks, Peak.DECELERATION, now[History.ACCELERATION], now[History.TIME], float(model.n1))
+        if state.steps[0] % interval == 0:
+            record(history, rows, now)
+            rows += 1
+        mean = 0.5 * (old + velocity)
+        now[History.KINETIC_ENERGY] = 0.5 * mass * velocity * velocity
+        now[History.WORK_PRESSURE] += dt * force * mean
+        now[History.WORK_GRAVITY] -= dt * mass * model.gravity * mean
+        for i in range(nodes.z.size):
+            nodes.z[i] = height * i / model.n1
+            nodes.w[i] = velocity * i / model.n1
+        outcome = end_step(model, state, length, height)
+        done += 1
+        if outcome != Outcome.RUNNING:
+            record(history, rows, now)
+            return rows + 1, outcome
+    return rows, Outcome.RUNNING
