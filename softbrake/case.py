@@ -338,7 +338,7 @@ class _CaseChecker(Checker):
             elif item.value in named:
                 self.fault(item.place, path, f"'{item.value}' is named twice", "once is wanted")
             elif item.value not in known:
-                others = [name for name, unknown in UNKNOWN_CONTACT.items() if item.value not in unknown]
+                others = [name for name, unknown in UNKNOWN_CONTACT.items() if item.value not in unknown and name != "lumped"]
                 fault = f"the {fidelity} shell does not know '{item.value}'"
                 self.fault(item.place, path, fault, f"fidelity: {' or '.join(others)}, or no '{item.value}' is wanted")
             named.append(item.value)
