@@ -10,13 +10,14 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from softbrake.case import CaseError, load_case
-    from softbrake.drop import Diverged, run
+    from softbrake.drop import Diverged
+    from softbrake.ladder import run
     from softbrake.results import ResultError
 
 __all__ = ["CaseError", "Diverged", "ResultError", "__version__", "load_case", "run"]
 __version__ = "0.1.0"
 
-_HOMES = {"CaseError": "case", "load_case": "case", "Diverged": "drop", "run": "drop", "ResultError": "results"}
+_HOMES = {"CaseError": "case", "load_case": "case", "Diverged": "drop", "run": "ladder", "ResultError": "results"}
 
 
 def __getattr__(name: str) -> Any:

@@ -47,6 +47,10 @@ __all__ = [
 ]
 
 
+Fidelity = Literal["full", "sector", "axisymmetric", "lumped", "auto"]
+AUTO_TOLERANCE = 0.01
+
+
 @dataclass(frozen=True)
 class Shell:
     """Cut cylinder between the covers."""
@@ -125,7 +129,7 @@ class Model:
     """Numerical model."""
 
     scheme: Literal["edge", "cell"]  # cell is (3.2) as printed
-    fidelity: Literal["full", "sector", "axisymmetric", "lumped"]
+    fidelity: Fidelity
     sector: int | None  # columns of the one sector that is computed (sector)
 
 
@@ -149,6 +153,7 @@ class Case:
     cargo: Cargo
     contact: tuple[str, ...]  # what stops the fabric, of keys.CONTACT
     friction: float  # Coulomb's coefficient on ground and cover
+    tolerance: float | None  # relative, of the impact velocity: then fidelity, grid and Courant number are chosen
     pressure: Pressure
     grid: Grid
     time: Time
@@ -218,6 +223,8 @@ def case_to_dict(case: Case) -> dict[str, Any]:
     sections["contact"] = list(sections["contact"])
     for name in ("cargo", "model"):
         sections[name] = {key: value for key, value in sections[name].items() if value is not None}
+    if case.tolerance is None:
+        del sections["tolerance"]
     keys = ("law", *(key.name for key in PRESSURE[case.pressure.law]))
     pressure = {name: sections["pressure"][name] for name in keys}
     sections["pressure"] = {name: list(value) if isinstance(value, tuple) else value for name, value in pressure.items()}
@@ -249,6 +256,7 @@ class _CaseChecker(Checker):
             cargo=Cargo(**{"diameter": shell["diameter"], "height": None, **cargo}),
             contact=contact,
             friction=top["friction"],
+            tolerance=top.get("tolerance", AUTO_TOLERANCE if model["fidelity"] == "auto" else None),
             pressure=pressure,
             grid=Grid(**grid),
             time=Time(**time),
@@ -303,7 +311,7 @@ class _CaseChecker(Checker):
             return model
         if fidelity == "sector" and "sector" not in node.value:
             self.missing(node, "model", next(key for key in SECTIONS["model"] if key.name == "sector"))
-        elif fidelity in ("full", "axisymmetric", "lumped") and "sector" in node.value:
+        elif fidelity in ("full", "axisymmetric", "lumped", "auto") and "sector" in node.value:
             place, where = last_given(node, "model", ["sector", "fidelity"])
             self.fault(place, where, f"a sector of the {fidelity} shell", "fidelity: sector, or no sector is wanted")
         elif sector is not None and hoop is not None and hoop % sector:
@@ -338,7 +346,11 @@ class _CaseChecker(Checker):
             elif item.value in named:
                 self.fault(item.place, path, f"'{item.value}' is named twice", "once is wanted")
             elif item.value not in known:
-                others = [name for name, unknown in UNKNOWN_CONTACT.items() if item.value not in unknown and name != "lumped"]
+                others = [
+                    name
+                    for name, unknown in UNKNOWN_CONTACT.items()
+                    if item.value not in unknown and name not in ("lumped", "auto")
+                ]
                 fault = f"the {fidelity} shell does not know '{item.value}'"
                 self.fault(item.place, path, fault, f"fidelity: {' or '.join(others)}, or no '{item.value}' is wanted")
             named.append(item.value)

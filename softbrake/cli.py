@@ -63,19 +63,32 @@ def run(
     ] = None,
     no_results: Annotated[bool, typer.Option("--no-results", help="Write no result file.")] = False,
     dimensionless: Dimensionless = False,
+    tolerance: Annotated[
+        str | None,
+        typer.Option("--tolerance", metavar="RATIO", help="As 1%: choose fidelity, grid and Courant number for this error."),
+    ] = None,
+    budget: Annotated[
+        float, typer.Option("--budget", metavar="SECONDS", min=0.0, help="Most time to spend on a tolerance.")
+    ] = 60.0,
+    with_error_bar: Annotated[
+        bool, typer.Option("--error-bar", help="Estimate the numerical error from two coarser companions.")
+    ] = False,
     quiet: Annotated[bool, typer.Option("--quiet", "-q", help="No progress.")] = False,
 ) -> None:
     """Simulate the drop of a case file."""
     if no_results and output is not None:
         _fail("--output and --no-results exclude each other")
-    case = _load(case_file, overrides)
+    case = _load(case_file, [*(overrides or ()), *([f"tolerance={tolerance}"] if tolerance is not None else ())])
+    if with_error_bar and case.tolerance is not None:
+        _fail("--error-bar: a run for a tolerance has one already")
     results = None if no_results else output or Path(f"{case_file.stem}.vtkhdf")
     if results is not None:
         _check_writable(results, case_file)
 
     from softbrake import console
     from softbrake.drop import Diverged, kernels_cached
-    from softbrake.drop import run as simulate
+    from softbrake.ladder import reached
+    from softbrake.ladder import run as simulate
     from softbrake.results import ResultError, tension_scale
 
     scale = tension_scale(case) if dimensionless else None
@@ -84,12 +97,19 @@ def run(
         typer.echo("compiling kernels (first run only, about 10 s) ...", err=True)
     try:
         with console.progress(case.shell.height, quiet=quiet) as callback:
-            summary = simulate(case, results=results, progress=callback)
+            summary = simulate(
+                case,
+                results,
+                callback,
+                budget=budget,
+                report=None if quiet else console.print_rung,
+                with_error_bar=with_error_bar,
+            )
     except Diverged as error:
         if json:
             _show(error.summary, json, scale)
         _fail(error, FAILED)
-    except ResultError as error:
+    except (ResultError, ValueError) as error:
         _fail(error)
     except OSError as error:  # disk full, folder gone
         _fail(f"{results}: {error}", FAILED)
@@ -98,6 +118,8 @@ def run(
     _show(summary, json, scale)
     if summary.outcome == "interrupted":
         raise typer.Exit(INTERRUPTED)
+    if not reached(case, summary):
+        _fail(f"the tolerance of {case.tolerance:.3g} was not reached: {summary.fidelity_reason}", FAILED)
 
 
 @app.command()

@@ -16,7 +16,7 @@ from rich.progress import BarColumn, TextColumn
 from rich.progress import Progress as Bar
 from rich.table import Table
 
-from softbrake.summary import Summary
+from softbrake.summary import Rung, Summary
 
 if TYPE_CHECKING:
     from softbrake.drop import Progress
@@ -49,6 +49,8 @@ def row_json(row: dict[str, float]) -> str:
 def _finite(value: Any) -> Any:
     if isinstance(value, dict):
         return {key: _finite(item) for key, item in value.items()}
+    if isinstance(value, (list, tuple)):
+        return [_finite(item) for item in value]
     return None if isinstance(value, float) and not math.isfinite(value) else value
 
 
@@ -64,6 +66,9 @@ def print_summary(summary: Summary, tension_scale: float | None = None, console:
         console.print()
         console.print(table)
     console.print()
+    if summary.ladder:
+        console.print(_ladder(summary))
+        console.print()
     model = summary.model
     for line in (
         f"{model.fidelity}, {model.scheme} scheme, {model.generatrix} x {model.hoop} cells, Courant {model.courant:g}",
@@ -71,6 +76,8 @@ def print_summary(summary: Summary, tension_scale: float | None = None, console:
         f"kernels {summary.kernel_seconds:.2f} s, wall {summary.wall_seconds:.2f} s",
     ):
         console.print(line, markup=False, highlight=False)
+    if summary.fidelity_reason is not None:
+        console.print(f"error bar: {summary.fidelity_reason}", markup=False, highlight=False)
     if summary.results:
         console.print(f"results in {summary.results}", soft_wrap=True, markup=False, highlight=False)
 
@@ -95,14 +102,16 @@ def outcome_in_words(summary: Summary) -> str:
 def _motion(summary: Summary) -> Table:
     table = _table()
     if summary.impact_velocity is not None and summary.impact_time is not None:
-        table.add_row("impact velocity", f"{summary.impact_velocity:.5f}", "m/s", f"at {summary.impact_time:.5f} s")
+        bar = "" if summary.impact_velocity_error is None else f"± {summary.impact_velocity_error:.2g} m/s, "
+        table.add_row("impact velocity", f"{summary.impact_velocity:.5f}", "m/s", f"{bar}at {summary.impact_time:.5f} s")
     table.add_row("free-fall velocity", f"{summary.free_fall_velocity:.5f}", "m/s", "over the shell's height")
     if summary.velocity_reduction is not None:
         share = summary.velocity_reduction / summary.free_fall_velocity if summary.free_fall_velocity else 0.0
         table.add_row("reduction", f"{summary.velocity_reduction:.5f}", "m/s", f"{share:.1%} of free fall")
     peak = summary.peak_deceleration
     when = f", at {summary.peaks['peak_deceleration'].time:.5f} s" if "peak_deceleration" in summary.peaks else ""
-    table.add_row("peak deceleration", f"{peak:.2f}", "m/s^2", f"{peak / STANDARD_GRAVITY:.2f} g{when}")
+    bar = _bar(summary, "peak_deceleration", 1.0)
+    table.add_row("peak deceleration", f"{peak:.2f}", "m/s^2", f"{bar}{peak / STANDARD_GRAVITY:.2f} g{when}")
     return table
 
 
@@ -116,8 +125,37 @@ def _tensions(summary: Summary, scale: float | None) -> Table:
         notes = [] if scale is None else [f"{value / scale:.3f} T0/L"]
         if (peak := summary.peaks.get(name)) is not None:
             notes.append(f"at {peak.time:.5f} s" + ("" if peak.height is None else f", {peak.height:.3f} m up"))
-        table.add_row(f"peak tension, {tension}", f"{value / 1e3:.3f}", "kN/m", ", ".join(notes))
+        table.add_row(f"peak tension, {tension}", f"{value / 1e3:.3f}", "kN/m", _bar(summary, name, 1e-3) + ", ".join(notes))
     return table
+
+
+def _bar(summary: Summary, name: str, unit: float) -> str:
+    """Estimated error of a peak, in its unit, where there is one."""
+    error = (summary.peak_errors or {}).get(name)
+    return "" if error is None else f"± {error * unit:.2g}, "
+
+
+def _ladder(summary: Summary) -> Table:
+    """What was tried for a tolerance."""
+    table = Table(box=None, padding=(0, 1, 0, 0), show_edge=False, header_style="")
+    for name in ("level", "grid", "m/s", "error", "s", ""):
+        table.add_column(name, justify="left" if name in ("level", "") else "right", overflow="fold")
+    for rung in summary.ladder:
+        table.add_row(*_rung(rung))
+    return table
+
+
+def _rung(rung: Rung) -> tuple[str, ...]:
+    hoop = "" if rung.fidelity in ("axisymmetric", "lumped") else f" x {rung.hoop}"
+    value = "–" if rung.impact_velocity is None else f"{rung.impact_velocity:.4f}"
+    error = "–" if rung.error is None or not math.isfinite(rung.error) else f"{rung.error:.2g}"
+    return rung.fidelity, f"{rung.generatrix}{hoop}", value, error, f"{rung.seconds:.2f}", rung.verdict
+
+
+def print_rung(rung: Rung) -> None:
+    """One level of a climb as soon as it is done, on stderr."""
+    level, grid, value, error, seconds, verdict = _rung(rung)
+    print(f"{level} {grid}: {value} m/s, error {error}, {seconds} s: {verdict}", file=sys.stderr, flush=True)
 
 
 def _work(summary: Summary) -> Table:

@@ -24,9 +24,10 @@ class Estimate:
 def estimate(coarse: float, medium: float, fine: float, ratio: float, formal: float = FORMAL_ORDER) -> Estimate:
     """Return order, limit and error bar of the finest of three values, cells shrinking by `ratio` from one to the next.
 
-    order = ln((coarse - medium)/(medium - fine))/ln(ratio); error = safety |medium - fine|/(ratio^order - 1), the order taken not
-    above the formal one. The safety factor is 1.25, and 3 with order 1 at most where the observed order is below half the formal
-    one or where differences change sign; differences that do not fall at all give no bound. Roache, J. Fluids Eng. 116 (1994).
+    order = ln((coarse - medium)/(medium - fine))/ln(ratio); error = safety |medium - fine|/(ratio^order - 1), the order not taken
+    above the formal one. The safety factor is 1.25, and 3 where the observed order is unreasonable: above one and a half times
+    the formal one, where errors of two kinds cancel; or below half of it, or none as differences change sign, and then the order
+    is taken as 1 at most. Differences that do not fall at all give no bound. Roache, J. Fluids Eng. 116 (1994).
     """
     first, second = coarse - medium, medium - fine
     floor = 1e-12 * max(abs(fine), abs(medium))
@@ -36,8 +37,9 @@ def estimate(coarse: float, medium: float, fine: float, ratio: float, formal: fl
         return Estimate(fine, None, None, math.inf, False)
     order = math.log(abs(first) / max(abs(second), floor)) / math.log(ratio)
     monotone = first * second >= 0.0
-    trusted = monotone and order > 0.49 * formal
-    used = min(order, formal) if trusted else min(order, formal, 1.0)
+    steep = order > 0.49 * formal
+    trusted = monotone and steep and order < 1.5 * formal
+    used = min(order, formal) if monotone and steep else min(order, formal, 1.0)
     error = (SAFETY if trusted else CAUTION) * abs(second) / (ratio**used - 1.0)
     limit = fine - second / (ratio**order - 1.0) if monotone else None
     return Estimate(fine, order if monotone else None, limit, error, trusted)

@@ -29,10 +29,11 @@ from softbrake.kernels.fields import sample_fields
 from softbrake.kernels.jit import CACHE_FOLDER, PACKAGE, hash_sources
 from softbrake.kernels.lumped import advance_lumped
 from softbrake.kernels.meridian import advance_meridian
+from softbrake.kernels.motion import close_nodes
 from softbrake.kernels.pressure import pressure_at
 from softbrake.kernels.step import advance
 from softbrake.results import ResultFile
-from softbrake.state import Floats, History, Meridian, Model, Nodes, Outcome, Peak, State, Sweep
+from softbrake.state import PAD, Floats, History, Meridian, Model, Nodes, Outcome, Peak, State, Sweep
 from softbrake.summary import ModelUsed, Summary, Work
 from softbrake.summary import Peak as PeakFound
 
@@ -65,23 +66,30 @@ class Diverged(Exception):
 
 def kernels_cached(case: Case) -> bool:
     """Whether a run of the case starts at once, its kernels having been compiled before."""
-    kernel = KERNELS[case.model.fidelity]
-    return any(CACHE_FOLDER.rglob(f"{kernel.__module__.rpartition('.')[2]}.{kernel.__name__}-*.nbc"))
+    climbs = case.tolerance is not None
+    kernels = {*KERNELS.values()} if climbs else {KERNELS[case.model.fidelity]}
+    return all(any(CACHE_FOLDER.rglob(f"{one.__module__.rpartition('.')[2]}.{one.__name__}-*.nbc")) for one in kernels)
 
 
-def run(case: Case, results: str | Path | None = None, progress: Callable[[Progress], None] | None = None) -> Summary:
+def run(
+    case: Case,
+    results: str | Path | None = None,
+    progress: Callable[[Progress], None] | None = None,
+    amend: Callable[[Summary], Summary] | None = None,
+) -> Summary:
     """Run a drop to impact, full stop or `time.end` and return its answer.
 
-    results: path of the result file to write, or None for none. progress: called about ten times a second.
+    results: path of the result file to write, or None for none. progress: called about ten times a second. amend: completes the
+    answer before it is kept.
     Ctrl-C ends the run early with outcome "interrupted" and a whole result file.
     Raises Diverged where the computation fails; the result file is readable up to there.
     """
     drop = Drop(case)
     drop.advance(most=0)  # loads or compiles the kernels, before an older result file is replaced
     if results is None:
-        return drop.run(None, progress)
+        return drop.run(None, progress, amend)
     with ResultFile.create(Path(results), case, version=__version__, source_hash=hash_sources(PACKAGE)) as file:
-        return drop.run(file, progress)
+        return drop.run(file, progress, amend)
 
 
 @contextmanager
@@ -121,7 +129,12 @@ class Drop:
         self.kernel_seconds += time.perf_counter() - start
         return self.history[:rows], Outcome(outcome)
 
-    def run(self, file: ResultFile | None, progress: Callable[[Progress], None] | None) -> Summary:
+    def run(
+        self,
+        file: ResultFile | None = None,
+        progress: Callable[[Progress], None] | None = None,
+        amend: Callable[[Summary], Summary] | None = None,
+    ) -> Summary:
         """Advance to the end, writing history and snapshots to the file."""
         started = time.perf_counter()
         self.kernel_seconds = 0.0
@@ -144,8 +157,17 @@ class Drop:
             if file is not None:
                 self._snapshot(file)
             summary = self._summary(ending, time.perf_counter() - started, file)
+            if amend is not None and outcome not in (Outcome.RUNNING, Outcome.DIVERGED):
+                summary = amend(summary)
             if file is not None:
                 file.write_summary(summary)
+        if outcome == Outcome.DIVERGED:
+            raise Diverged(self._divergence(), summary)
+        return summary
+
+    def finish(self, outcome: Outcome) -> Summary:
+        """Return the answer of a drop that was advanced step by step to an outcome. Raises Diverged."""
+        summary = self._summary(outcome.name.lower(), self.kernel_seconds, None)
         if outcome == Outcome.DIVERGED:
             raise Diverged(self._divergence(), summary)
         return summary
@@ -159,6 +181,24 @@ class Drop:
         works = float(self.state.now[History.WORK_PRESSURE : History.WORK_CONTACT + 1].sum())
         residual = self.now(History.KINETIC_ENERGY) - float(self.state.kinetic_start[0]) - works
         return residual / initial_energy(self.case, self.model)
+
+    def disturb(self, size: float, seed: int) -> None:
+        """Move each free node by normal deviates of a size (m), all columns alike in the axisymmetric shell."""
+        model, nodes = self.model, self.state.nodes
+        random = np.random.default_rng(seed)
+        if self.case.model.fidelity in ONE_COLUMN:
+            for values in (nodes.x, nodes.z):
+                values[1:-1] += size * random.normal(size=values[1:-1].shape)
+            return
+        for values in (nodes.x, nodes.y, nodes.z):
+            grid_view(values, model)[1:-1] += size * random.normal(size=(model.n1 - 1, model.n2))
+        for row in range(1, model.n1):
+            close_nodes(nodes, model.sector, np.uint64(row * model.stride + PAD), model.n2)
+
+    def lopsided(self) -> float:
+        """Return how far the full shell is out of round (m): largest standard deviation of radius or height along a hoop."""
+        x, y, z = (grid_view(values, self.model) for values in self.state.nodes[:3])
+        return float(max(np.hypot(x, y).std(axis=1).max(), z.std(axis=1).max()))
 
     def _progress(self) -> Progress:
         return Progress(

@@ -113,11 +113,20 @@ LAW = Key("law", tuple(PRESSURE), "over time; sine is (2.10)", "constant", requi
 
 CONTACT = ("ground", "belts", "cover", "cargo", "axis", "folds")  # what stops the fabric
 RESIDUAL = {"cut": 0.0, "wrinkle": 0.005, "compression": 1.0}  # default by what slack fabric does
-UNKNOWN_CONTACT = {"full": ("axis",), "sector": ("axis", "folds"), "axisymmetric": (), "lumped": ()}  # by fidelity
+UNKNOWN_CONTACT = {"full": ("axis",), "sector": ("axis", "folds"), "axisymmetric": (), "lumped": (), "auto": ()}  # by fidelity
 CONTACT_SETS = {"full": ("ground", "cover", "cargo", "axis", "folds"), "paper": ("ground", "belts")}
 TOP = (
     Key("title", str, "heads the results", "My drop", computed="name of the file"),
     Key("gravity", Dimension.ACCELERATION, "downwards", "9.80665 m/s^2", default=9.80665, least=0),
+    Key(
+        "tolerance",
+        Dimension.RATIO,
+        "of the impact velocity; chooses fidelity, grid, step",
+        "1 %",
+        computed="none, 1 % for fidelity: auto",
+        above=0,
+        most=0.5,
+    ),
     Key("friction", Dimension.RATIO, "Coulomb's coefficient of fabric on ground and cover", "0.3", default=0.0, least=0),
 )
 SECTIONS: dict[str, tuple[Key, ...]] = {
@@ -174,7 +183,7 @@ SECTIONS: dict[str, tuple[Key, ...]] = {
         Key(
             "fidelity",
             tuple(UNKNOWN_CONTACT),
-            "the whole hoop, a part that repeats, one column, or gas alone",
+            "how much of the shell",
             "full",
             default="full",
         ),

@@ -23,7 +23,7 @@ from numpy.typing import NDArray
 
 from softbrake.case import Case, case_to_dict
 from softbrake.state import UNITS, Floats, History
-from softbrake.summary import ModelUsed, Peak, Summary, Work
+from softbrake.summary import ModelUsed, Peak, Rung, Summary, Work
 
 
 class ResultError(Exception):
@@ -177,6 +177,7 @@ def read_summary(path: Path | str) -> Summary | None:
     text["peaks"] = {name: Peak(**peak) for name, peak in text["peaks"].items()}
     text["work"] = Work(**text["work"])
     text["model"] = ModelUsed(**text["model"])
+    text["ladder"] = [Rung(**rung) for rung in text["ladder"]]
     return Summary(**text)
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Literal
 
 
@@ -40,6 +40,19 @@ class Work:
 
 
 @dataclass(frozen=True)
+class Rung:
+    """One level and grid that a climb for a tolerance tried."""
+
+    fidelity: str
+    generatrix: int
+    hoop: int
+    impact_velocity: float | None  # m/s; 0 where the cargo stops above the ground, None where the run diverged
+    error: float | None  # m/s, estimated; None where there is no estimate
+    seconds: float
+    verdict: str
+
+
+@dataclass(frozen=True)
 class Summary:
     """Answer of one run, SI units."""
 
@@ -64,3 +77,7 @@ class Summary:
     wall_seconds: float
     model: ModelUsed
     results: str | None  # path of the result file
+    impact_velocity_error: float | None = None  # m/s, estimated numerical error; None where it was not asked for or has no bound
+    peak_errors: dict[str, float | None] | None = None  # of the peaks, as far as estimated
+    fidelity_reason: str | None = None  # what the error rests on, and why this level was chosen
+    ladder: list[Rung] = field(default_factory=list)  # what was tried for a tolerance

@@ -24,6 +24,7 @@ def case(generatrix: int = 36, hoop: int = 90, belts: int = 3) -> Case:
         cargo=Cargo(100.0, SPEED, 0.5, None),
         contact=("ground",),
         friction=0.0,
+        tolerance=None,
         pressure=Pressure("constant", PRESSURE, 0.0, 0.0, (), (), 0.0),
         grid=Grid(generatrix, hoop),
         time=Time(0.5, 0.3),

@@ -68,7 +68,7 @@ import sys, softbrake
 assert not {SLOW | {"yaml"}!r}.intersection(sys.modules)
 import softbrake.drop, softbrake.case
 from softbrake import load_case, run
-assert softbrake.run is run is softbrake.drop.run
+assert softbrake.run is run is softbrake.ladder.run
 assert load_case is softbrake.case.load_case
 """
     done = subprocess.run([sys.executable, "-c", code], env=environment, capture_output=True, text=True)

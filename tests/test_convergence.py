@@ -30,7 +30,9 @@ def test_order_above_the_formal_one_is_not_believed() -> None:
     values = [1.0 + 0.1 * 2.0 ** (-4 * k) for k in range(3)]
     found = estimate(*values, 2.0)
     assert found.order == pytest.approx(4.0)
-    assert found.error == pytest.approx(SAFETY * (values[1] - values[2]) / 3.0)
+    assert found.error == pytest.approx(CAUTION * (values[1] - values[2]) / 3.0)
+    values = [1.0 + 0.1 * 2.0 ** (-2.5 * k) for k in range(3)]
+    assert estimate(*values, 2.0).error == pytest.approx(SAFETY * (values[1] - values[2]) / 3.0)
 
 
 def test_doubtful_sequences_get_a_wider_bar_or_none() -> None:

@@ -350,7 +350,10 @@ def test_axisymmetric_shell_that_bursts() -> None:
             "model.scheme: the axisymmetric shell does not know the cell scheme; scheme: edge or fidelity: full is wanted",
         ),
         (["contact=axis"], "contact: the full shell does not know 'axis'; fidelity: axisymmetric, or no 'axis' is wanted"),
-        (["model.fidelity=round"], "model.fidelity: unknown value 'round'; full or sector or axisymmetric or lumped is wanted"),
+        (
+            ["model.fidelity=round"],
+            "model.fidelity: unknown value 'round'; full or sector or axisymmetric or lumped or auto is wanted",
+        ),
     ],
 )
 def test_faults(overrides: list[str], fault: str) -> None:

@@ -10,7 +10,7 @@ from softbrake.state import History, Outcome, Peak
 
 @kernel
 def advance_lumped(model, state, _, history, interval, most, until):
-    """Advance the cargo alone, as advance does with the shell. Returns the rows of history and the Outcome.
+    """Advance the cargo alone, as advance does with the shell: (2.4), (2.10). Returns the rows of history and the Outcome.
 
     Exact for constant pressure, of second order else. Nodes are drawn on a straight wall; they weigh and carry nothing.
     """

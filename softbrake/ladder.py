@@ -1,0 +1,399 @@
+"""The cheapest model that is good enough: from gas alone over the axisymmetric shell to the full one, on evidence.
+
+A level is left only where something speaks against it: a grid that has not converged, an answer that hangs on the grid or on a
+disturbance too small to matter, a full shell that does not stay round. What was tried stands in the table of rungs.
+"""
+
+from __future__ import annotations
+
+import math
+import statistics
+import time
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+
+from softbrake import drop
+from softbrake.case import Case, Fidelity
+from softbrake.convergence import Estimate, estimate
+from softbrake.drop import Diverged, Drop, Progress
+from softbrake.keys import CONTACT_SETS, UNKNOWN_CONTACT
+from softbrake.state import History, Outcome
+from softbrake.summary import Rung, Summary
+
+ROUND = 10_000  # cells around the hoop of an axisymmetric shell: a circle, at no cost
+COURANT = 0.9
+BUDGET = 60.0  # s
+COARSEST = 18  # cells along the generatrix
+DOUBLINGS = 6
+PROBE = 36  # cells along the generatrix of the full shell that is asked whether it stays round, and half of those around it
+SEED = 1e-6  # of the radius: disturbance of the places at the start
+OUT_OF_ROUND = 1e-3  # of the radius: more, and the shell is not axisymmetric
+STEPPED = 1.5  # refinement of the full shell
+MEMBERS = 4  # of an ensemble of disturbed full shells
+LEAST_SPEED = 0.05  # of the free-fall velocity: tolerances of smaller impact velocities are parts of this
+PEAKS = ("peak_deceleration", "peak_tension_generatrix", "peak_tension_hoop", "peak_tension_belt")
+SHOTS = 100  # looks at how round the shell is
+
+
+@dataclass(frozen=True)
+class Climb:
+    """Where the climb ended."""
+
+    case: Case  # of the level and grid chosen
+    summary: Summary  # of its run, with velocity, errors, reason and rungs of the climb
+
+
+def climb(case: Case, tolerance: float, budget: float = BUDGET, report: Callable[[Rung], None] | None = None) -> Climb:
+    """Find the cheapest level, grid and Courant number whose impact velocity is within a tolerance, relative.
+
+    budget (s): no rung is begun that would take more, from what the last one took. report: told each rung as it is done.
+    """
+    return _Climber(case, tolerance, budget, report).climb()
+
+
+def run(
+    case: Case,
+    results: str | Path | None = None,
+    progress: Callable[[Progress], None] | None = None,
+    *,
+    budget: float = BUDGET,
+    report: Callable[[Rung], None] | None = None,
+    with_error_bar: bool = False,
+) -> Summary:
+    """Run a drop to impact, full stop or `time.end` and return its answer.
+
+    A case with a tolerance, or with `model.fidelity: auto`, is climbed first; `ladder` and `impact_velocity_error` of the answer
+    then say how far it got, and the result file holds one run of the level chosen. Else `with_error_bar` asks for two coarser
+    companions. Other arguments and errors as of `climb` and `drop.run`; ValueError where a grid is too coarse for companions.
+    """
+    if case.tolerance is not None:
+        found = climb(case, case.tolerance, budget, report)
+        if results is not None:
+            drop.run(found.case, results, progress, lambda summary: _with_errors(summary, found.summary))
+            return replace(found.summary, results=str(results))
+        return found.summary
+    companions = _companions(case) if with_error_bar else []
+    return drop.run(case, results, progress, (lambda summary: _with_error_bar(summary, companions)) if companions else None)
+
+
+def reached(case: Case, summary: Summary) -> bool:
+    """Whether the answer of a climb is within the case's tolerance."""
+    return case.tolerance is None or (
+        summary.impact_velocity_error is not None
+        and summary.impact_velocity_error <= allowed(case.tolerance, speed_of(summary), summary.free_fall_velocity)
+    )
+
+
+def allowed(tolerance: float, speed: float, free_fall: float) -> float:
+    """Allowed error (m/s) of an impact velocity; that of a small one is a part of the free-fall velocity."""
+    return tolerance * max(speed, LEAST_SPEED * free_fall)
+
+
+def _with_errors(summary: Summary, climbed: Summary) -> Summary:
+    """A run of the level chosen, with the answer of the climb."""
+    return replace(climbed, results=summary.results, wall_seconds=summary.wall_seconds, kernel_seconds=summary.kernel_seconds)
+
+
+def speed_of(summary: Summary) -> float:
+    """Impact velocity (m/s); 0 where the cargo does not reach the ground."""
+    return summary.impact_velocity or 0.0
+
+
+def level(case: Case, fidelity: Fidelity, generatrix: int, hoop: int, courant: float = COURANT) -> Case:
+    """The case at another level and grid, with the contact that this level knows."""
+    contact = case.contact
+    if fidelity == "axisymmetric" and "folds" in contact and "axis" not in contact:
+        contact = tuple(part for part in CONTACT_SETS["full"] if part in (*contact, "axis"))
+    contact = tuple(part for part in contact if part not in UNKNOWN_CONTACT[fidelity])
+    return replace(
+        case,
+        contact=contact,
+        grid=replace(case.grid, generatrix=generatrix, hoop=hoop),
+        time=replace(case.time, courant=courant),
+        model=replace(case.model, fidelity=fidelity, sector=None),
+        tolerance=None,
+    )
+
+
+@dataclass
+class _Found:
+    """Best answer of a level."""
+
+    case: Case
+    summary: Summary
+    value: float  # m/s
+    error: float  # m/s
+    peaks: dict[str, float] = field(default_factory=dict)  # estimated errors
+    sensitive: bool = False
+
+
+class _Climber:
+    def __init__(self, case: Case, tolerance: float, budget: float, report: Callable[[Rung], None] | None) -> None:
+        self.case, self.tolerance, self.budget, self.report = case, tolerance, budget, report
+        self.start = time.perf_counter()
+        self.rungs: list[Rung] = []
+        self.free_fall = math.sqrt(case.cargo.velocity**2 + 2.0 * case.gravity * case.shell.height)
+        nearest = min((min(b.height, case.shell.height - b.height) - b.width / 2 for b in case.belts), default=math.inf)
+        self.coarsest = max(COARSEST, math.ceil(0.5 * case.shell.height / nearest + 1e-9))  # belts keep off the covers
+
+    def allowed(self, value: float) -> float:
+        """Allowed error (m/s) of an impact velocity."""
+        return allowed(self.tolerance, value, self.free_fall)
+
+    def left(self) -> float:
+        return self.budget - (time.perf_counter() - self.start)
+
+    def book(self, case: Case, value: float | None, error: float | None, seconds: float, verdict: str) -> None:
+        grid = case.grid
+        rung = Rung(case.model.fidelity, grid.generatrix, grid.hoop, value, error, seconds, verdict)
+        self.rungs.append(rung)
+        if self.report is not None:
+            self.report(rung)
+
+    def climb(self) -> Climb:
+        gas = level(self.case, "lumped", self.coarsest, ROUND)
+        summary, seconds = _timed(gas)
+        self.book(gas, speed_of(summary), None, seconds, "no shell: for comparison only")
+        reason = self.not_round()
+        found = None
+        if reason is None:
+            found = self.axisymmetric()
+            within = found.error <= self.allowed(found.value)
+            broken = self.out_of_round(found)
+            if broken is None:
+                return self.done(found, "the full shell stays round, and " + self.in_words(found, within))
+            reason = broken
+        full = self.full()
+        within = full.error <= self.allowed(full.value)
+        return self.done(full, f"{reason}; {self.in_words(full, within)}")
+
+    def not_round(self) -> str | None:
+        """What in the input speaks against an axisymmetric shell."""
+        if self.case.fabric.slack == "compression":
+            return "hoops that carry compression buckle, which only the full shell can"
+        if self.case.model.scheme == "cell":
+            return "only the full shell has the printed scheme"
+        return None
+
+    def axisymmetric(self) -> _Found:
+        """Double the grid until answers settle: index of three grids, and grids a little coarser and finer agree."""
+        found: list[tuple[int, Summary]] = []
+        cells, last = self.coarsest, 0.0
+        best = None
+        for _ in range(DOUBLINGS + 1):
+            case = level(self.case, "axisymmetric", cells, ROUND)
+            try:
+                summary, last = _timed(case)
+            except Diverged as diverged:
+                self.book(case, None, None, 0.0, f"diverged: {str(diverged)[:60]}")
+                found.clear()
+                cells *= 2
+                continue
+            found.append((cells, summary))
+            value = speed_of(summary)
+            if len(found) < 3:
+                self.book(case, value, None, last, "three grids are wanted for an error")
+                best = _Found(case, summary, value, math.inf)
+            else:
+                best = self.settled(case, [summary for _, summary in found[-3:]])
+                within = best.error <= self.allowed(value)
+                self.book(case, value, best.error, last, "within the tolerance" if within else "not settled")
+                if within:
+                    return best
+            if 10.0 * last > self.left():
+                break
+            cells *= 2
+        if best is None:
+            raise ValueError("the axisymmetric shell diverges on every grid")
+        return self.spread(best)
+
+    def settled(self, case: Case, summaries: Sequence[Summary]) -> _Found:
+        """Answer and error of the finest of three grids; two grids beside it tell whether it is an accident of the grid."""
+        value = speed_of(summaries[-1])
+        error = _estimate(summaries, "impact_velocity").error
+        if error <= self.allowed(value):
+            cells = case.grid.generatrix
+            for beside in (round(0.85 * cells), round(0.93 * cells)):
+                summary, _ = _timed(level(self.case, "axisymmetric", beside, ROUND))
+                error = max(error, abs(speed_of(summary) - value))
+        peaks = {name: _estimate(summaries, name).error for name in PEAKS if getattr(summaries[-1], name) is not None}
+        return _Found(case, summaries[-1], value, error, peaks)
+
+    def spread(self, best: _Found) -> _Found:
+        """The answer of an ensemble: disturbed shells on grids about the finest that the budget allows several times."""
+        cells = best.case.grid.generatrix
+        cost = self.rungs[-1].seconds
+        while 12.0 * cost > max(self.left(), 1.0) and cells > 2 * self.coarsest:
+            cells //= 2
+            cost /= 8.0
+        runs, seconds = [], 0.0
+        for seed, share in enumerate((0.8, 0.85, 0.9, 0.95, 1.0, 1.05, 1.1, 1.15, 1.2)):
+            case = level(self.case, "axisymmetric", round(share * cells), ROUND)
+            summary, cost = _timed(case, seed + 1)
+            runs.append(summary)
+            seconds += cost
+        values = [speed_of(summary) for summary in runs]
+        mean, error = statistics.mean(values), 2.0 * statistics.stdev(values)
+        case = level(self.case, "axisymmetric", cells, ROUND)
+        within = error <= self.allowed(mean)
+        verdict = f"mean of {len(runs)} disturbed shells on grids about this one" + ("" if within else "; they do not agree")
+        self.book(case, mean, error, seconds, verdict)
+        peaks = {name: _spread(runs, name) for name in best.peaks}
+        return _Found(case, runs[4], mean, error, peaks, sensitive=True)
+
+    def out_of_round(self, found: _Found) -> str | None:
+        """Ask the full shell on a coarse grid, disturbed, whether it stays round; the error takes up by how much it differs."""
+        cells = max(PROBE, self.coarsest)
+        case = level(self.case, "full", cells, 2 * cells)
+        started = time.perf_counter()
+        try:
+            value, lopsided = _probe(case)
+        except Diverged as diverged:
+            self.book(case, None, None, time.perf_counter() - started, f"diverged: {str(diverged)[:60]}")
+            return "the full shell diverges on a coarse grid"
+        twin, _ = _timed(level(self.case, "axisymmetric", cells, 2 * cells))
+        apart = abs(value - speed_of(twin))
+        seconds = time.perf_counter() - started
+        if lopsided > OUT_OF_ROUND * 0.5 * self.case.shell.diameter:
+            self.book(case, value, None, seconds, f"a disturbance of {SEED:g} R grows to {lopsided * 1e3:.2g} mm: not round")
+            return "the shell does not stay round"
+        self.book(case, value, None, seconds, f"stays round, {apart:.2g} m/s from the axisymmetric shell on its grid")
+        found.error += apart
+        return None
+
+    def full(self) -> _Found:
+        """Refine ensembles of disturbed full shells: the error is their spread, and by how much their mean still moves."""
+        cells = float(max(24, self.coarsest))
+        means: list[float] = []
+        best, cost = None, 0.0
+        while True:
+            n1 = round(cells)
+            hoop = 2 * n1
+            case = level(self.case, "full", n1, hoop)
+            runs, seconds = [], 0.0
+            for seed in range(MEMBERS):
+                try:
+                    summary, cost = _timed(case, seed)
+                except Diverged:
+                    continue
+                runs.append(summary)
+                seconds += cost
+            if len(runs) < MEMBERS:
+                self.book(case, None, None, seconds, f"{MEMBERS - len(runs)} of {MEMBERS} diverged")
+            else:
+                values = [speed_of(summary) for summary in runs]
+                means.append(statistics.mean(values))
+                scatter = 2.0 * statistics.stdev(values)
+                moved = abs(means[-1] - means[-2]) if len(means) > 1 else math.inf
+                error = scatter + moved
+                within = error <= self.allowed(means[-1])
+                word = "within the tolerance" if within else f"spread ±{scatter:.2g} m/s, mean moved by {moved:.2g} m/s"
+                self.book(case, means[-1], error if math.isfinite(error) else None, seconds, word)
+                peaks = {name: _spread(runs, name) for name in PEAKS if getattr(runs[0], name) is not None}
+                sensitive = scatter > self.allowed(means[-1])
+                best = _Found(case, runs[0], means[-1], error, peaks, sensitive)
+                if within or (sensitive and len(means) > 2 and moved < scatter):
+                    return best
+            if STEPPED**3.5 * MEMBERS * cost > self.left():
+                break
+            cells *= STEPPED
+        if best is None:
+            raise ValueError("the full shell diverges on every grid")
+        return best
+
+    def in_words(self, found: _Found, within: bool) -> str:
+        if within and not found.sensitive:
+            return "the answer is within the tolerance"
+        if found.sensitive:
+            word = "viscosity, damping of the gas or narrower belts would"
+            bar = f"±{found.error:.2g} m/s"
+            return f"this scene does not determine the impact velocity better than {bar}; {word}" + (
+                "" if not within else " (the tolerance allows that)"
+            )
+        return "the budget does not reach the tolerance"
+
+    def done(self, found: _Found, reason: str) -> Climb:
+        impact = found.value if found.summary.impact_velocity is not None else None
+        summary = replace(
+            found.summary,
+            impact_velocity=impact,
+            velocity_reduction=None if impact is None else found.summary.free_fall_velocity - impact,
+            impact_velocity_error=found.error if math.isfinite(found.error) else None,
+            peak_errors={name: error if math.isfinite(error) else None for name, error in found.peaks.items()},
+            fidelity_reason=reason,
+            ladder=self.rungs,
+        )
+        return Climb(found.case, summary)
+
+
+def _companions(case: Case) -> list[Summary]:
+    """Answers on grids 2.25 and 1.5 times as coarse both ways."""
+    companions = []
+    for ratio in (2.25, 1.5):
+        n1, hoop = round(case.grid.generatrix / ratio), round(case.grid.hoop / ratio)
+        sector = case.model.sector
+        if sector is not None:
+            sector = max(round(sector / ratio), 1)
+            hoop = sector * (case.grid.hoop // (case.model.sector or 1))
+        if n1 < 4 or hoop < 8:
+            raise ValueError(f"a grid of {case.grid.generatrix} x {case.grid.hoop} cells is too coarse for an error bar")
+        grid = replace(case.grid, generatrix=n1, hoop=hoop)
+        companions.append(_timed(replace(case, grid=grid, model=replace(case.model, sector=sector)))[0])
+    return companions
+
+
+def _with_error_bar(summary: Summary, companions: Sequence[Summary]) -> Summary:
+    """The answer with the errors that its coarser companions show."""
+    runs = [*companions, summary]
+    velocity = _estimate(runs, "impact_velocity", 1.5)
+    peaks = {name: _estimate(runs, name, 1.5).error for name in PEAKS if getattr(summary, name) is not None}
+    if math.isfinite(velocity.error):
+        order = "no observed order" if velocity.order is None else f"observed order {velocity.order:.2g}"
+        reason = f"grid convergence index of three grids, {order}"
+    else:
+        reason = "no error bar: differences between three grids do not fall"
+    return replace(
+        summary,
+        impact_velocity_error=velocity.error if math.isfinite(velocity.error) else None,
+        peak_errors={name: error if math.isfinite(error) else None for name, error in peaks.items()},
+        fidelity_reason=reason,
+    )
+
+
+def _timed(case: Case, seed: int = 0) -> tuple[Summary, float]:
+    """Run a case without a file, its places disturbed if there is a seed. Returns its answer and the seconds it took."""
+    started = time.perf_counter()
+    falling = Drop(case)
+    if seed:
+        falling.disturb(SEED * 0.5 * case.shell.diameter, seed)
+    summary = falling.run(None, None)
+    if summary.outcome == "interrupted":
+        raise KeyboardInterrupt
+    return summary, time.perf_counter() - started
+
+
+def _probe(case: Case) -> tuple[float, float]:
+    """Impact velocity of a disturbed shell, and how far it got out of round (m)."""
+    falling = Drop(case)
+    falling.disturb(SEED * 0.5 * case.shell.diameter, 1)
+    largest, outcome = 0.0, Outcome.RUNNING
+    interval = case.shell.height / case.cargo.velocity / SHOTS
+    while outcome == Outcome.RUNNING:
+        due = falling.now(History.TIME) + interval
+        while outcome == Outcome.RUNNING and falling.now(History.TIME) < due:
+            _, outcome = falling.advance(due)
+        if outcome == Outcome.RUNNING:  # at the end all is crushed
+            largest = max(largest, falling.lopsided())
+    summary = falling.finish(outcome)
+    return speed_of(summary), largest
+
+
+def _estimate(summaries: Sequence[Summary], name: str, ratio: float = 2.0) -> Estimate:
+    coarse, medium, fine = (getattr(summary, name) or 0.0 for summary in summaries)
+    return estimate(coarse, medium, fine, ratio)
+
+
+def _spread(summaries: Sequence[Summary], name: str) -> float:
+    values: list[float] = [getattr(summary, name) for summary in summaries]
+    return 2.0 * statistics.stdev(values)
