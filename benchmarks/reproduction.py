@@ -34,6 +34,7 @@ CHOICES = (
     ("no belts", ("belts.count=0",)),
     ("slack: compression", ("fabric.slack=compression",)),
     ("law: nominal_tension", ("fabric.law=nominal_tension",)),
+    ("contact: ground, without (2.5)", ("contact=ground",)),
     ("G12 2 % of E", ("fabric.G12=400",)),
     ("Courant 0.9", ("time.courant=0.9",)),
     ("Courant 0.1", ("time.courant=0.1",)),
