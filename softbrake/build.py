@@ -14,6 +14,9 @@ from softbrake.state import (
     Edges,
     Fabric,
     Floats,
+    FoldCount,
+    Folds,
+    FoldTravel,
     History,
     Ints,
     Model,
@@ -29,6 +32,7 @@ from softbrake.state import (
     Work,
 )
 
+PAIRS_PER_NODE = 5  # near one another, of folds
 SLIVER = 1e-3  # least part of a belt that a row carries, of what the row with most of it does
 
 
@@ -109,6 +113,7 @@ def build_model(case: Case) -> Model:
             cargo=int("cargo" in case.contact),
             cargo_radius=0.5 * case.cargo.diameter,
             cargo_height=inf if case.cargo.height is None else case.cargo.height,
+            folds=int("folds" in case.contact),
         ),
     )
 
@@ -137,6 +142,22 @@ def build_state(case: Case, model: Model) -> State:
         kinetic_start=np.array([now[History.KINETIC_ENERGY]]),
         peaks=np.zeros((len(Peak), 3)),
         work=Work(*(np.zeros(model.n2) for _ in Work._fields)),
+        folds=build_folds(nodes.x.size if model.contact.folds else 1, min(model.fabric.h1, model.fabric.h2)),
+    )
+
+
+def build_folds(nodes: int, edge: float) -> Folds:
+    """Return the arrays of the contact of folds, for so many nodes, of cells with an edge (m)."""
+    return Folds(
+        pairs=np.zeros(PAIRS_PER_NODE * nodes, np.int64),
+        wake=np.zeros(PAIRS_PER_NODE * nodes),
+        head=np.zeros(1 << (nodes - 1).bit_length(), np.int64),
+        following=np.zeros(nodes, np.int64),
+        stamp=np.zeros(nodes, np.int64),
+        counts=np.zeros(len(FoldCount), np.int64),
+        travel=np.array([0.0, -inf, edge]),
+        penetration=np.zeros(1),
+        impulse=np.zeros(2),
     )
 
 

@@ -21,7 +21,7 @@ from softbrake.kernels.jit import CACHE_FOLDER, PACKAGE, hash_sources
 from softbrake.kernels.pressure import pressure_at
 from softbrake.kernels.step import advance
 from softbrake.results import ResultFile
-from softbrake.state import Floats, History, Model, Outcome, Peak, State, Sweep
+from softbrake.state import Floats, FoldCount, History, Model, Outcome, Peak, State, Sweep
 from softbrake.summary import ModelUsed, Summary, Work
 from softbrake.summary import Peak as PeakFound
 
@@ -219,6 +219,8 @@ class Drop:
         else:
             excess = "kinetic energy not finite"
         stretch = float(np.median(self._fields()["stretch_hoop"]))
+        if self.state.folds.counts[FoldCount.FAULT]:
+            excess = "folds not to be kept apart: more of them near one another than the arrays hold, or cells out of all shape"
         if stretch > BURST:
             cause = (
                 f"the fabric bursts: half of the hoops, stretched {stretch:.3g} times and more, find no balance with the pressure"

@@ -16,7 +16,7 @@ pytestmark = pytest.mark.kernels
 
 PAPER = Path(__file__).resolve().parents[1] / "configs" / "paper.yaml"
 NONE = np.zeros(0, np.int64)
-WIDE = Contact(0.0, 0.0, below=NONE, above=NONE, cover=1, cover_radius=1.0, cargo=1, cargo_radius=1.0, cargo_height=inf)
+WIDE = Contact(0.0, 0.0, below=NONE, above=NONE, cover=1, cover_radius=1.0, cargo=1, cargo_radius=1.0, cargo_height=inf, folds=0)
 NARROW = WIDE._replace(cargo_radius=0.5, cargo_height=0.8)
 
 

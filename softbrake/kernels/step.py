@@ -16,6 +16,7 @@ from softbrake.kernels.fabric import (
     update_hoop_tension,
     update_shear,
 )
+from softbrake.kernels.folds import part_shell, watch_shell
 from softbrake.kernels.geometry import add_area_vectors, update_edges
 from softbrake.kernels.jit import kernel
 from softbrake.kernels.ledger import add_cargo_work, add_cell_work, add_edge_work, add_shear_work, update_top
@@ -23,12 +24,13 @@ from softbrake.kernels.lobes import part_lobes
 from softbrake.kernels.motion import hold_row, push_cargo, push_row, vertical_forces
 from softbrake.kernels.pressure import pressure_at, update_damped_pressure
 from softbrake.kernels.timestep import stable_step
-from softbrake.state import PAD, History, Outcome, Peak, Scheme, Step
+from softbrake.state import PAD, FoldCount, History, Outcome, Peak, Scheme, Step
 
 ONE = uint64(1)
 FIRST = uint64(PAD)
 STEPS_PER_STEP_CHOICE = 16  # a choice costs about a step; waves pass no more than sixteen cells meanwhile
 BLOW = 100.0  # m/s^2, change of the cargo's acceleration from step to step that the gap allows for
+FORESIGHT = 2.0  # times until the next choice of the step, to which the folds' present speeds are drawn out
 RUNAWAY = 4.0  # kinetic energy above this many times what start, gravity and pressure gave: it came from nowhere
 
 
@@ -43,7 +45,7 @@ def sweep_rows(model, state, sweep, dt, step):
     stride = uint64(model.stride)
     # Numba counts references each time an array is taken out of a tuple: take all of them out before the loop.
     fabric, belts, mass, belt_width = model.fabric, model.belts, model.mass, model.belts.width
-    nodes, work, now, peaks = state.nodes, state.work, state.now, state.peaks
+    nodes, work, now, peaks, folds = state.nodes, state.work, state.now, state.peaks, state.folds
     g, h, belt, cells, mean, on_nodes = sweep.generatrix, sweep.hoop, sweep.belt, sweep.cells, sweep.mean, sweep.pressure
     force, force_above, area, area_above = sweep.force, sweep.force_above, sweep.area, sweep.area_above
     top_1, top_2, top_belt, by_column = sweep.top_generatrix, sweep.top_hoop, sweep.top_belt, sweep.by_column
@@ -117,6 +119,8 @@ def sweep_rows(model, state, sweep, dt, step):
                 press_row(nodes, work, by_column, contact, course, mass[i], node, n2)
         else:
             part_lobes(nodes, work, by_column, contact, mass, step, stride, n1, n2)  # (2.5)
+            if contact.folds == 1:
+                part_shell(model, nodes, work, by_column, folds, course, touching)
             tension, gas = vertical_forces(force, area, on_nodes, n2)
             impulse = total(by_column.on_cargo)
             now[History.CONTACT_FORCE] = impulse / dt
@@ -256,6 +260,16 @@ def rewind(nodes, late):
 
 
 @kernel
+def fold_step(model, state, by_column):
+    """Return the longest step (s) for contact of folds, and look whether they may meet until the next choice of the step."""
+    fabric, window = model.fabric, FORESIGHT * STEPS_PER_STEP_CHOICE * model.courant * state.stable_step[0]
+    radius = model.contact.cover_radius
+    return watch_shell(
+        state.nodes, state.folds, by_column, model.n1, model.n2, model.stride, fabric.h1, fabric.h2, radius, window
+    )
+
+
+@kernel
 def advance(model, state, sweep, history, interval, most, until):
     """Advance by steps until an event, the time until (s), most steps, or a full history. Returns its rows and the Outcome.
 
@@ -268,6 +282,8 @@ def advance(model, state, sweep, history, interval, most, until):
     while done < most and now[History.TIME] < until and rows + 1 < history.shape[0]:
         if state.steps[0] % STEPS_PER_STEP_CHOICE == 0:
             state.stable_step[0] = stable_step(model, state.nodes, sweep)  # (3.3)
+            if model.contact.folds == 1:
+                state.stable_step[0] = min(state.stable_step[0], fold_step(model, state, by_column) / model.courant)
         left = model.end - now[History.TIME]
         step = min(model.courant * state.stable_step[0], left)
         dt = 0.5 * (state.last_step[0] + step)
@@ -287,7 +303,7 @@ def advance(model, state, sweep, history, interval, most, until):
             outcome = Outcome.TIME_LIMIT
         gas = min(max(now[History.WORK_PRESSURE], 0.0), model.most_gas_work)
         given = state.kinetic_start[0] + max(now[History.WORK_GRAVITY], 0.0) + gas
-        if not now[History.KINETIC_ENERGY] <= RUNAWAY * given:
+        if not now[History.KINETIC_ENERGY] <= RUNAWAY * given or state.folds.counts[FoldCount.FAULT] == 1:
             outcome = Outcome.DIVERGED
         if outcome == Outcome.RUNNING:
             now[History.HEIGHT] = height

@@ -1,0 +1,329 @@
+"""Contact of the folds of the shell with one another: unilateral, smooth, without rebound. Nodes against faces.
+
+After the push of all free rows, impulses at n+1/2 change velocities, and places by what that makes until n+1. A node that would
+pass through a face in the step, or come within a gap of it, and the face's corners take equal and opposite impulses along the
+normal, which end the closing and no more; pair by pair and over again until none is left (Gauss-Seidel). Continuous detection as
+in Bridson, Fedkiw, Anderson 2002, and their order: what never passes is on the side where it was. Edges may cut edges.
+"""
+
+from math import inf, sqrt
+
+from softbrake.kernels.contact import GAP, allowed_place, jolt
+from softbrake.kernels.jit import kernel
+from softbrake.kernels.meet import corners_of, meet
+from softbrake.kernels.near import find_pairs
+from softbrake.state import PAD, FoldCount, FoldTravel, Sheet
+
+FOLD_GAP = 1e-3  # of an unloaded cell, kept between folds
+MARGIN = 0.5  # of an unloaded cell, to which the search looks
+AIM = 1.01  # of the impulse needed: the pairs then come to rest in a few passes, none of them short of the goal
+LEAST_GIVE = 0.01  # of a free node's: a lever shorter than a tenth of a cell would multiply impulses without bound
+PUSHES = 60  # passes
+CLOSING = 3.0  # two nodes near each other by twice the largest travel, by sqrt(2) more where blows turned it
+FACE = 2**32 - 1  # bits of a pair that name the face
+
+
+@kernel
+def part_shell(model, nodes, work, by_column, folds, course, touching):
+    """Keep the folds of the full shell apart: part_folds, the row on the cover put where it is foreseen.
+
+    Reads model, course. Writes nodes, work.contact, by_column.kinetic, on_cargo, impulse; folds.
+    """
+    if folds.counts[FoldCount.DUE] == 0 or course.next_cover <= 0.0:  # the run ends where cover and ground meet
+        return
+    n1, n2 = model.n1, model.n2
+    top = n1 * model.stride + PAD
+    old = nodes.w[top]
+    speed = (course.next_cover - course.cover) / course.length
+    sheet = Sheet(n1, n2, model.stride, PAD, 0.0, min(model.fabric.h1, model.fabric.h2), int(touching), 0)
+    for j in range(n2 + 2):
+        nodes.z[top + j - 1] = course.next_cover
+        nodes.w[top + j - 1] = speed
+    part_folds(nodes, model.mass, work, by_column, folds, model.contact, course, sheet)
+    for j in range(n2 + 2):
+        nodes.z[top + j - 1] = course.cover
+        nodes.w[top + j - 1] = old
+    by_column.on_cargo[0] += folds.impulse[0]
+    by_column.impulse[0] += folds.impulse[1]
+
+
+@kernel
+def part_folds(nodes, mass, work, books, folds, contact, course, sheet):
+    """Keep the folds apart in the step to n+1. Writes nodes, work.contact, books.kinetic; folds, with its impulses (N s)."""
+    folds.impulse[0] = 0.0
+    folds.impulse[1] = 0.0
+    gap = FOLD_GAP * sheet.edge
+    travel = course.length * largest_speed(nodes, sheet)
+    if not look_around(nodes, folds, sheet, gap, travel):
+        folds.counts[FoldCount.FAULT] = 1
+        return
+    reach = gap + CLOSING * travel
+    awake = sort_out(nodes, folds, sheet, course.length, gap, reach)
+    tries = 0
+    pushed = awake
+    while pushed > 0 and tries < 2 * PUSHES:
+        pushed = 0
+        for k in range(awake):
+            if tries == 0 or stirred(folds, sheet, k):
+                pushed += part_pair(nodes, mass, work, books, folds, contact, course, sheet, k, gap, reach, tries >= PUSHES)
+        tries += 1
+        folds.counts[FoldCount.PASSES] += 1
+    if pushed > 0:
+        book_failure(nodes, folds, sheet, awake, course.length, gap, reach)
+
+
+@kernel
+def largest_speed(nodes, sheet):
+    """Return the largest speed (m/s) of a node."""
+    u, v, w = nodes.u, nodes.v, nodes.w
+    largest = 0.0
+    for i in range(1, sheet.rows + 1):
+        start = i * sheet.stride + sheet.first
+        for a in range(start, start + sheet.columns):
+            largest = max(largest, u[a] * u[a] + v[a] * v[a] + w[a] * w[a])
+    return sqrt(largest)
+
+
+@kernel
+def look_around(nodes, folds, sheet, gap, travel):
+    """Search for near pairs anew where nodes may have come near unseen. Returns whether the pairs are all there.
+
+    Where they are too many for the arrays, the margin is halved; one below what the step closes is of no use.
+    """
+    counts, totals, wake = folds.counts, folds.travel, folds.wake
+    totals[FoldTravel.TOTAL] += travel
+    total = totals[FoldTravel.TOTAL]
+    if CLOSING * (total - totals[FoldTravel.SEARCHED]) <= totals[FoldTravel.MARGIN]:
+        return True
+    margin = min(2.0 * totals[FoldTravel.MARGIN], MARGIN * sheet.edge)
+    while margin >= CLOSING * travel:
+        count = find_pairs(nodes, folds, sheet, margin + gap, sheet.edge)
+        counts[FoldCount.SEARCHES] += 1
+        if count < 0:
+            return False
+        if count <= wake.size:
+            for k in range(count):
+                wake[k] = total + (wake[k] - gap) / CLOSING - travel
+            counts[FoldCount.PAIRS] = count
+            totals[FoldTravel.SEARCHED] = total
+            totals[FoldTravel.MARGIN] = margin
+            return True
+        margin *= 0.5
+    return False
+
+
+@kernel
+def sort_out(nodes, folds, sheet, length, gap, reach):
+    """Put the pairs that may meet in this step in front. Returns their number.
+
+    A pair at some distance sleeps until the travel of the nodes can have used it up. Writes folds.pairs, wake.
+    """
+    pairs, wake, total = folds.pairs, folds.wake, folds.travel[FoldTravel.TOTAL]
+    awake = 0
+    for k in range(folds.counts[FoldCount.PAIRS]):
+        if wake[k] > total:
+            continue
+        pair = pairs[k]
+        corners = corners_of(pair & FACE, sheet)
+        distance = meet(nodes, pair >> 32, corners, sheet.breadth, length, gap, 0.0)[0]
+        wake[k] = total + (distance - gap) / CLOSING
+        if distance <= reach:
+            pairs[k], pairs[awake] = pairs[awake], pair
+            wake[k], wake[awake] = wake[awake], wake[k]
+            awake += 1
+    return awake
+
+
+@kernel
+def stirred(folds, sheet, k):
+    """Return whether some node of a pair was pushed in this pass or the one before."""
+    pair, stamp = folds.pairs[k], folds.stamp
+    a, b, c, d = corners_of(pair & FACE, sheet)
+    return max(stamp[pair >> 32], stamp[a], stamp[b], stamp[c], stamp[d]) >= folds.counts[FoldCount.PASSES] - 1
+
+
+@kernel
+def part_pair(nodes, mass, work, books, folds, contact, course, sheet, k, gap, reach, merge):
+    """Keep node and face of a pair apart. Returns 1 if that took an impulse, else 0.
+
+    merge: all five nodes take their common velocity; the last resort against pairs that still pass after many passes.
+    """
+    pair = folds.pairs[k]
+    node, corners = pair >> 32, corners_of(pair & FACE, sheet)
+    _, passes, slowing, nx, ny, nz, weights = meet(nodes, node, corners, sheet.breadth, course.length, gap, reach)
+    if passes == 1 and (merge or slowing <= 0.0):
+        merge_nodes(nodes, mass, work, books, folds, contact, course, sheet, node, corners)
+        return 1
+    if slowing <= 0.0 or merge:
+        return 0
+    w0, w1, w2, w3 = weights
+    if sheet.columns == 1:  # both ends of the strip are one node
+        w0, w1, w2, w3 = w0 + w1, 0.0, w2 + w3, 0.0
+    a, b, c, d = corners
+    give = inverse_mass(mass, sheet, node) + w0 * w0 * inverse_mass(mass, sheet, a) + w1 * w1 * inverse_mass(mass, sheet, b)
+    give += w2 * w2 * inverse_mass(mass, sheet, c) + w3 * w3 * inverse_mass(mass, sheet, d)
+    if give * mass[1] < LEAST_GIVE:  # both are held there, near the ground as good as at the end of the run
+        return 0
+    p = AIM * slowing / give
+    for other, share in ((node, 1.0), (a, -w0), (b, -w1), (c, -w2), (d, -w3)):
+        if share != 0.0:
+            impulse = share * p
+            push_node(nodes, mass, work, books, folds, contact, course, sheet, other, impulse * nx, impulse * ny, impulse * nz)
+    return 1
+
+
+@kernel
+def inverse_mass(mass, sheet, node):
+    """Return 1/m (1/kg) of a node, 0 of one that ground or cover holds."""
+    row = node // sheet.stride
+    return 1.0 / mass[row] if 0 < row < sheet.rows else 0.0
+
+
+@kernel
+def merge_nodes(nodes, mass, work, books, folds, contact, course, sheet, node, corners):
+    """Give a node and the corners of a face the velocity of their common centre of mass, or of the cover that holds some."""
+    a, b, c, d = corners
+    all_mass, pu, pv, pw, held = 0.0, 0.0, 0.0, 0.0, -1
+    for other in (node, a, b, c, d):
+        row = other // sheet.stride
+        if row == 0 or row == sheet.rows:
+            held = other
+        all_mass += mass[row]
+        pu += mass[row] * nodes.u[other]
+        pv += mass[row] * nodes.v[other]
+        pw += mass[row] * nodes.w[other]
+    u, v, w = pu / all_mass, pv / all_mass, pw / all_mass
+    if held >= 0:
+        u, v, w = 0.0, 0.0, nodes.w[held]
+    back_u, back_v, back_w = 0.0, 0.0, 0.0
+    for other in (node, a, b, c, d):
+        if inverse_mass(mass, sheet, other) > 0.0:
+            m = mass[other // sheet.stride]
+            du, dv, dw = m * (u - nodes.u[other]), m * (v - nodes.v[other]), m * (w - nodes.w[other])
+            back_u, back_v, back_w = back_u - du, back_v - dv, back_w - dw
+            push_node(nodes, mass, work, books, folds, contact, course, sheet, other, du, dv, dw)
+    if held >= 0:
+        push_node(nodes, mass, work, books, folds, contact, course, sheet, held, back_u, back_v, back_w)
+
+
+@kernel
+def push_node(nodes, mass, work, books, folds, contact, course, sheet, node, pu, pv, pw):
+    """Give a node an impulse (N s); cover, cargo, axis and ground have the last word on where it goes.
+
+    What a held row takes, and what holds the node off the rigid bodies, goes to folds.impulse: on the cargo, of the ground.
+    """
+    row = node // sheet.stride
+    if row == 0:
+        folds.impulse[1] -= pw
+        return
+    if row == sheet.rows:
+        folds.impulse[0] += pw
+        return
+    folds.stamp[node] = folds.counts[FoldCount.PASSES]
+    column = node % sheet.stride - sheet.first
+    slot = row if sheet.columns == 1 else column
+    m, length = mass[row], course.length
+    jolt(nodes, work, books, node, slot, m, length, pu / m, pv / m, pw / m)
+    x, y, z = nodes.x[node], nodes.y[node], nodes.z[node] - course.next_cover
+    old_z = nodes.z[node] - length * nodes.w[node] - course.cover
+    if sheet.touching == 1 and (z > -course.gap or old_z > -course.gap):
+        old_x, old_y = x - length * nodes.u[node], y - length * nodes.v[node]
+        new_x, new_y, new_z = allowed_place(contact, course.gap, old_x, old_y, old_z, x, y, z)
+        rise = (new_z - z) / length
+        if new_x != x or new_y != y or new_z != z:
+            jolt(nodes, work, books, node, slot, m, length, (new_x - x) / length, (new_y - y) / length, rise)
+            folds.impulse[0] -= m * rise
+    if sheet.axis == 1 and nodes.x[node] < GAP:
+        jolt(nodes, work, books, node, slot, m, length, (GAP - nodes.x[node]) / length, 0.0, 0.0)
+    if nodes.z[node] < contact.ground:
+        rise = (contact.ground - nodes.z[node]) / length
+        jolt(nodes, work, books, node, slot, m, length, 0.0, 0.0, rise)
+        folds.impulse[1] += m * rise
+    if sheet.columns > 1 and column == 0:
+        copy_node(nodes, node, node + sheet.columns)
+    if sheet.columns > 1 and column == sheet.columns - 1:
+        copy_node(nodes, node, node - sheet.columns)
+
+
+@kernel
+def copy_node(nodes, node, copy):
+    """Copy a node to its place at the other end of the row."""
+    nodes.x[copy] = nodes.x[node]
+    nodes.y[copy] = nodes.y[node]
+    nodes.z[copy] = nodes.z[node]
+    nodes.u[copy] = nodes.u[node]
+    nodes.v[copy] = nodes.v[node]
+    nodes.w[copy] = nodes.w[node]
+
+
+@kernel
+def book_failure(nodes, folds, sheet, awake, length, gap, reach):
+    """Count the pairs that pass though the passes are used up, and raise the largest penetration, over the unloaded cell."""
+    for k in range(awake):
+        pair = folds.pairs[k]
+        corners = corners_of(pair & FACE, sheet)
+        found = meet(nodes, pair >> 32, corners, sheet.breadth, length, gap, reach)
+        if found[1] == 1:
+            folds.counts[FoldCount.PIERCED] += 1
+            folds.penetration[0] = max(folds.penetration[0], found[0] / sheet.edge)
+
+
+@kernel
+def watch_shell(nodes, folds, by_column, n1, n2, stride, h1, h2, radius, window):
+    """Update whether folds may meet within a window (s), and return the longest step (s) by their speed.
+
+    As long as each cell, seen from the axis, lies the right way round, the shell is a graph over the cylinder between its held
+    rows and cannot meet itself: sure where each generatrix edge climbs and each hoop edge goes round, and neither does much of
+    the other. Rates are taken to last for the window. In a step two nodes then near each other by a quarter cell at most.
+    Reads nodes. Writes folds.counts, travel; scratch in by_column.rate, lift.
+    """
+    x, y, z, u, v, w = nodes.x, nodes.y, nodes.z, nodes.u, nodes.v, nodes.w
+    least, speed = by_column.rate, by_column.lift
+    climb, slip = 0.2 * h1, 0.05 * h1
+    turn, twist = 0.2 * h2 / radius, 0.05 * h2 / radius
+    for j in range(n2):
+        least[j] = 1.0
+        speed[j] = 0.0
+    for i in range(n1):
+        start = i * stride + PAD
+        for j in range(n2):
+            a = start + j
+            b = a + stride
+            c = a + 1
+            square = x[a] * x[a] + y[a] * y[a]
+            up = z[b] - z[a] + window * min(w[b] - w[a], 0.0)
+            off = abs(z[c] - z[a]) + window * abs(w[c] - w[a])
+            round_rate = u[a] * y[c] + x[a] * v[c] - v[a] * x[c] - y[a] * u[c]
+            round = x[a] * y[c] - y[a] * x[c] + window * min(round_rate, 0.0)
+            along_rate = u[a] * y[b] + x[a] * v[b] - v[a] * x[b] - y[a] * u[b]
+            along = abs(x[a] * y[b] - y[a] * x[b]) + window * abs(along_rate)
+            least[j] = min(least[j], up - climb, slip - off, round - turn * square, twist * square - along)
+            speed[j] = max(speed[j], u[b] * u[b] + v[b] * v[b] + w[b] * w[b])
+    worst, fastest = 1.0, 0.0
+    for j in range(n2):
+        worst = min(worst, least[j])
+        fastest = max(fastest, speed[j])
+    return note_watch(folds, int(worst <= 0.0), fastest, min(h1, h2))
+
+
+@kernel
+def watch_meridian(nodes, folds, n1, h1, h2, window):
+    """Update whether folds of a meridian may meet within a window (s), and return the longest step (s) by their speed.
+
+    As long as each edge climbs, the meridian is a graph over the axis. As watch_shell.
+    """
+    x, z, u, w = nodes.x, nodes.z, nodes.u, nodes.w
+    least, fastest = inf, 0.0
+    for i in range(n1):
+        least = min(least, z[i + 1] - z[i] + window * min(w[i + 1] - w[i], 0.0))
+        fastest = max(fastest, u[i + 1] * u[i + 1] + w[i + 1] * w[i + 1])
+    return note_watch(folds, int(least <= 0.2 * h1), fastest, min(h1, h2))
+
+
+@kernel
+def note_watch(folds, due, square, edge):
+    """Note whether folds may meet; returns the longest step (s) at the largest speed squared (m^2/s^2)."""
+    if due == 1 and folds.counts[FoldCount.DUE] == 0:
+        folds.travel[FoldTravel.SEARCHED] = -inf
+    folds.counts[FoldCount.DUE] = due
+    return 0.125 * edge / sqrt(square) if square > 0.0 else inf
