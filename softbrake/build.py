@@ -148,6 +148,8 @@ def build_state(case: Case, model: Model) -> State:
 
 def build_folds(nodes: int, edge: float) -> Folds:
     """Return the arrays of the contact of folds, for so many nodes, of cells with an edge (m)."""
+    travel = np.zeros(len(FoldTravel))
+    travel[FoldTravel.SEARCHED], travel[FoldTravel.MARGIN] = -inf, edge
     return Folds(
         pairs=np.zeros(PAIRS_PER_NODE * nodes, np.int64),
         wake=np.zeros(PAIRS_PER_NODE * nodes),
@@ -155,7 +157,7 @@ def build_folds(nodes: int, edge: float) -> Folds:
         following=np.zeros(nodes, np.int64),
         stamp=np.zeros(nodes, np.int64),
         counts=np.zeros(len(FoldCount), np.int64),
-        travel=np.array([0.0, -inf, edge]),
+        travel=travel,
         penetration=np.zeros(1),
         impulse=np.zeros(2),
     )

@@ -215,8 +215,13 @@ class Sheet(NamedTuple):
     first: int  # node of row 0, column 0
     breadth: float  # m, half of it, of a meridian's faces across the half-plane; 0 for a shell
     edge: float  # m, shorter one of the unloaded cell
-    touching: int  # 1: cover and cargo stop the nodes
-    axis: int  # 1: so does the axis, x = 0
+    ground: float  # m, and below as in Contact, as far as in the way in this step
+    cover: int
+    cover_radius: float  # m
+    cargo: int
+    cargo_radius: float  # m
+    cargo_height: float  # m
+    axis: int  # 1: x stays positive
 
 
 class Nodes(NamedTuple):
@@ -254,6 +259,15 @@ class Folds(NamedTuple):
     travel: Floats  # (len(FoldTravel),), m
     penetration: Floats  # (1,), largest so far, over the unloaded cell
     impulse: Floats  # (2,), N s, upwards: on the cargo, of the ground on the fabric, in the step
+
+
+class Blows(NamedTuple):
+    """Where the impulses of folds are booked; few arrays, as each call counts its references."""
+
+    contact: Floats  # J, work on the nodes, by column, or by node of a meridian
+    kinetic: Floats  # J, energy of the nodes, likewise
+    impulse: Floats  # N s, (2,), of `Folds`
+    stamp: Ints  # (nodes,), of `Folds`
 
 
 class State(NamedTuple):

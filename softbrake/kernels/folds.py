@@ -12,12 +12,13 @@ from softbrake.kernels.contact import GAP, allowed_place, jolt
 from softbrake.kernels.jit import kernel
 from softbrake.kernels.meet import corners_of, meet
 from softbrake.kernels.near import find_pairs
-from softbrake.state import PAD, FoldCount, FoldTravel, Sheet
+from softbrake.state import PAD, Blows, FoldCount, FoldTravel, Sheet
 
 FOLD_GAP = 1e-3  # of an unloaded cell, kept between folds
 MARGIN = 0.5  # of an unloaded cell, to which the search looks
-AIM = 1.01  # of the impulse needed: the pairs then come to rest in a few passes, none of them short of the goal
+AIM = 1.2  # of the impulse needed, after the first passes: a rebound, but fewer passes for pairs that others push back
 LEAST_GIVE = 0.01  # of a free node's: a lever shorter than a tenth of a cell would multiply impulses without bound
+FIRM = 4  # passes that take what is needed and no more
 PUSHES = 60  # passes
 CLOSING = 3.0  # two nodes near each other by twice the largest travel, by sqrt(2) more where blows turned it
 FACE = 2**32 - 1  # bits of a pair that name the face
@@ -25,33 +26,58 @@ FACE = 2**32 - 1  # bits of a pair that name the face
 
 @kernel
 def part_shell(model, nodes, work, by_column, folds, course, touching):
-    """Keep the folds of the full shell apart: part_folds, the row on the cover put where it is foreseen.
+    """Keep the folds of the full shell apart in the step to n+1.
 
-    Reads model, course. Writes nodes, work.contact, by_column.kinetic, on_cargo, impulse; folds.
+    Reads model, course; touching: whether cover and cargo are in the way. Writes nodes, work.contact; by_column.kinetic,
+    on_cargo, impulse; folds.
     """
-    if folds.counts[FoldCount.DUE] == 0 or course.next_cover <= 0.0:  # the run ends where cover and ground meet
-        return
-    n1, n2 = model.n1, model.n2
-    top = n1 * model.stride + PAD
-    old = nodes.w[top]
-    speed = (course.next_cover - course.cover) / course.length
-    sheet = Sheet(n1, n2, model.stride, PAD, 0.0, min(model.fabric.h1, model.fabric.h2), int(touching), 0)
-    for j in range(n2 + 2):
-        nodes.z[top + j - 1] = course.next_cover
-        nodes.w[top + j - 1] = speed
-    part_folds(nodes, model.mass, work, by_column, folds, model.contact, course, sheet)
-    for j in range(n2 + 2):
-        nodes.z[top + j - 1] = course.cover
-        nodes.w[top + j - 1] = old
+    sheet = sheet_of(model, model.n2, model.stride, PAD, 0.0, touching, 0)
+    part_moved(nodes, model.mass, work.contact, by_column.kinetic, folds, course, sheet)
     by_column.on_cargo[0] += folds.impulse[0]
     by_column.impulse[0] += folds.impulse[1]
 
 
 @kernel
-def part_folds(nodes, mass, work, books, folds, contact, course, sheet):
-    """Keep the folds apart in the step to n+1. Writes nodes, work.contact, books.kinetic; folds, with its impulses (N s)."""
+def part_meridian(model, nodes, contact, kinetic, folds, course, touching, axis):
+    """Keep the folds of a meridian apart in the step to n+1: node i of nodes at radius x, height z; y and v zero.
+
+    Reads model, course; axis: 1 where x stays positive. Writes nodes; contact (J, its work) and kinetic (J), by node; folds, the
+    impulses on cargo and ground in folds.impulse.
+    """
+    sheet = sheet_of(model, 1, 1, 0, 0.5 * model.fabric.h1, touching, axis)
+    part_moved(nodes, model.mass, contact, kinetic, folds, course, sheet)
+
+
+@kernel
+def sheet_of(model, columns, stride, first, breadth, touching, axis):
+    """Return the Sheet of a model: its faces, and what else is in the way."""
+    wall, fabric, there = model.contact, model.fabric, int(touching)
+    round_wall = (wall.cover * there, wall.cover_radius, wall.cargo * there, wall.cargo_radius, wall.cargo_height)
+    return Sheet(model.n1, columns, stride, first, breadth, min(fabric.h1, fabric.h2), wall.ground, *round_wall, axis)
+
+
+@kernel
+def part_moved(nodes, mass, contact, kinetic, folds, course, sheet):
+    """Keep folds apart, while the row on the cover, which is pushed last, stands where it is foreseen. See part_folds."""
     folds.impulse[0] = 0.0
     folds.impulse[1] = 0.0
+    if folds.counts[FoldCount.DUE] == 0 or course.next_cover <= 0.0:  # the run ends where cover and ground meet
+        return
+    top = sheet.rows * sheet.stride + sheet.first
+    copies = int(sheet.columns > 1)
+    old, speed = nodes.w[top], (course.next_cover - course.cover) / course.length
+    for a in range(top - copies, top + sheet.columns + copies):
+        nodes.z[a] = course.next_cover
+        nodes.w[a] = speed
+    part_folds(nodes, mass, Blows(contact, kinetic, folds.impulse, folds.stamp), folds, course, sheet)
+    for a in range(top - copies, top + sheet.columns + copies):
+        nodes.z[a] = course.cover
+        nodes.w[a] = old
+
+
+@kernel
+def part_folds(nodes, mass, blows, folds, course, sheet):
+    """Keep the folds apart in the step to n+1. Reads mass (kg, by row). Writes nodes, blows, folds."""
     gap = FOLD_GAP * sheet.edge
     travel = course.length * largest_speed(nodes, sheet)
     if not look_around(nodes, folds, sheet, gap, travel):
@@ -62,12 +88,8 @@ def part_folds(nodes, mass, work, books, folds, contact, course, sheet):
     tries = 0
     pushed = awake
     while pushed > 0 and tries < 2 * PUSHES:
-        pushed = 0
-        for k in range(awake):
-            if tries == 0 or stirred(folds, sheet, k):
-                pushed += part_pair(nodes, mass, work, books, folds, contact, course, sheet, k, gap, reach, tries >= PUSHES)
+        pushed = try_pairs(nodes, mass, blows, folds, course, sheet, awake, gap, reach, tries)
         tries += 1
-        folds.counts[FoldCount.PASSES] += 1
     if pushed > 0:
         book_failure(nodes, folds, sheet, awake, course.length, gap, reach)
 
@@ -135,40 +157,50 @@ def sort_out(nodes, folds, sheet, length, gap, reach):
 
 
 @kernel
-def stirred(folds, sheet, k):
-    """Return whether some node of a pair was pushed in this pass or the one before."""
-    pair, stamp = folds.pairs[k], folds.stamp
-    a, b, c, d = corners_of(pair & FACE, sheet)
-    return max(stamp[pair >> 32], stamp[a], stamp[b], stamp[c], stamp[d]) >= folds.counts[FoldCount.PASSES] - 1
+def try_pairs(nodes, mass, blows, folds, course, sheet, awake, gap, reach, tries):
+    """Part the pairs that are awake, one after the other. Returns how many of them took an impulse.
+
+    After the first pass only those are looked at of which a node was pushed in this pass or the one before. In the last passes,
+    against pairs that still pass, all five nodes take their common velocity. Writes nodes, blows.
+    """
+    pairs, stamp, counts = folds.pairs, folds.stamp, folds.counts
+    before, merge = counts[FoldCount.PASSES], tries >= PUSHES
+    counts[FoldCount.PASSES] += 1
+    pushed = 0
+    for k in range(awake):
+        node, corners = pairs[k] >> 32, corners_of(pairs[k] & FACE, sheet)
+        a, b, c, d = corners
+        if tries > 0 and max(stamp[node], stamp[a], stamp[b], stamp[c], stamp[d]) < before:
+            continue
+        _, passes, slowing, nx, ny, nz, weights = meet(nodes, node, corners, sheet.breadth, course.length, gap, reach)
+        if passes == 1 and (merge or slowing <= 0.0):
+            merge_nodes(nodes, mass, blows, course, sheet, before + 1, node, corners)
+            pushed += 1
+        elif slowing > 0.0 and not merge:
+            aim = slowing if tries < FIRM else AIM * slowing
+            pushed += part_pair(nodes, mass, blows, course, sheet, before + 1, node, corners, weights, aim, nx, ny, nz)
+    return pushed
 
 
 @kernel
-def part_pair(nodes, mass, work, books, folds, contact, course, sheet, k, gap, reach, merge):
-    """Keep node and face of a pair apart. Returns 1 if that took an impulse, else 0.
+def part_pair(nodes, mass, blows, course, sheet, now, node, corners, weights, slowing, nx, ny, nz):
+    """Take so much (m/s) from the speed at which a node nears a face along the normal. Returns 1, 0 where both are held.
 
-    merge: all five nodes take their common velocity; the last resort against pairs that still pass after many passes.
+    The impulse p on the node, -weight p on each corner, is that of the masses 1/m = 1/m_node + sum weight^2/m_corner.
     """
-    pair = folds.pairs[k]
-    node, corners = pair >> 32, corners_of(pair & FACE, sheet)
-    _, passes, slowing, nx, ny, nz, weights = meet(nodes, node, corners, sheet.breadth, course.length, gap, reach)
-    if passes == 1 and (merge or slowing <= 0.0):
-        merge_nodes(nodes, mass, work, books, folds, contact, course, sheet, node, corners)
-        return 1
-    if slowing <= 0.0 or merge:
-        return 0
     w0, w1, w2, w3 = weights
     if sheet.columns == 1:  # both ends of the strip are one node
         w0, w1, w2, w3 = w0 + w1, 0.0, w2 + w3, 0.0
     a, b, c, d = corners
     give = inverse_mass(mass, sheet, node) + w0 * w0 * inverse_mass(mass, sheet, a) + w1 * w1 * inverse_mass(mass, sheet, b)
     give += w2 * w2 * inverse_mass(mass, sheet, c) + w3 * w3 * inverse_mass(mass, sheet, d)
-    if give * mass[1] < LEAST_GIVE:  # both are held there, near the ground as good as at the end of the run
+    if give * mass[1] < LEAST_GIVE:
         return 0
-    p = AIM * slowing / give
+    p = slowing / give
+    px, py, pz = p * nx, p * ny, p * nz
     for other, share in ((node, 1.0), (a, -w0), (b, -w1), (c, -w2), (d, -w3)):
         if share != 0.0:
-            impulse = share * p
-            push_node(nodes, mass, work, books, folds, contact, course, sheet, other, impulse * nx, impulse * ny, impulse * nz)
+            push_node(nodes, mass, blows, course, sheet, now, other, share * px, share * py, share * pz)
     return 1
 
 
@@ -180,69 +212,73 @@ def inverse_mass(mass, sheet, node):
 
 
 @kernel
-def merge_nodes(nodes, mass, work, books, folds, contact, course, sheet, node, corners):
+def merge_nodes(nodes, mass, blows, course, sheet, now, node, corners):
     """Give a node and the corners of a face the velocity of their common centre of mass, or of the cover that holds some."""
     a, b, c, d = corners
     all_mass, pu, pv, pw, held = 0.0, 0.0, 0.0, 0.0, -1
     for other in (node, a, b, c, d):
-        row = other // sheet.stride
-        if row == 0 or row == sheet.rows:
+        m = mass[other // sheet.stride]
+        if inverse_mass(mass, sheet, other) == 0.0:
             held = other
-        all_mass += mass[row]
-        pu += mass[row] * nodes.u[other]
-        pv += mass[row] * nodes.v[other]
-        pw += mass[row] * nodes.w[other]
+        all_mass, pu, pv, pw = all_mass + m, pu + m * nodes.u[other], pv + m * nodes.v[other], pw + m * nodes.w[other]
     u, v, w = pu / all_mass, pv / all_mass, pw / all_mass
     if held >= 0:
         u, v, w = 0.0, 0.0, nodes.w[held]
-    back_u, back_v, back_w = 0.0, 0.0, 0.0
+    given = 0.0
     for other in (node, a, b, c, d):
         if inverse_mass(mass, sheet, other) > 0.0:
             m = mass[other // sheet.stride]
-            du, dv, dw = m * (u - nodes.u[other]), m * (v - nodes.v[other]), m * (w - nodes.w[other])
-            back_u, back_v, back_w = back_u - du, back_v - dv, back_w - dw
-            push_node(nodes, mass, work, books, folds, contact, course, sheet, other, du, dv, dw)
+            pu, pv, pw = m * (u - nodes.u[other]), m * (v - nodes.v[other]), m * (w - nodes.w[other])
+            push_node(nodes, mass, blows, course, sheet, now, other, pu, pv, pw)
+            given += pw
     if held >= 0:
-        push_node(nodes, mass, work, books, folds, contact, course, sheet, held, back_u, back_v, back_w)
+        push_node(nodes, mass, blows, course, sheet, now, held, 0.0, 0.0, -given)
 
 
 @kernel
-def push_node(nodes, mass, work, books, folds, contact, course, sheet, node, pu, pv, pw):
-    """Give a node an impulse (N s); cover, cargo, axis and ground have the last word on where it goes.
+def push_node(nodes, mass, blows, course, sheet, now, node, pu, pv, pw):
+    """Give a node an impulse (N s) in pass `now`; cover, cargo, axis and ground have the last word on where it goes.
 
-    What a held row takes, and what holds the node off the rigid bodies, goes to folds.impulse: on the cargo, of the ground.
+    What a held row takes goes to blows.impulse: on the cargo, of the ground on the fabric.
     """
-    row = node // sheet.stride
+    row, column = node // sheet.stride, node % sheet.stride - sheet.first
     if row == 0:
-        folds.impulse[1] -= pw
-        return
-    if row == sheet.rows:
-        folds.impulse[0] += pw
-        return
-    folds.stamp[node] = folds.counts[FoldCount.PASSES]
-    column = node % sheet.stride - sheet.first
-    slot = row if sheet.columns == 1 else column
-    m, length = mass[row], course.length
-    jolt(nodes, work, books, node, slot, m, length, pu / m, pv / m, pw / m)
+        blows.impulse[1] -= pw
+    elif row == sheet.rows:
+        blows.impulse[0] += pw
+    else:
+        m = mass[row]
+        slot = row if sheet.columns == 1 else column
+        blows.stamp[node] = now
+        jolt(nodes, blows, blows, node, slot, m, course.length, pu / m, pv / m, pw / m)
+        low = nodes.z[node] < sheet.ground or (sheet.axis == 1 and nodes.x[node] < GAP)
+        high = max(nodes.z[node] - course.next_cover, nodes.z[node] - course.length * nodes.w[node] - course.cover) > -course.gap
+        if low or high:
+            hold_node(nodes, blows, course, sheet, node, slot, m)
+        if sheet.columns > 1 and column == 0:
+            copy_node(nodes, node, node + sheet.columns)
+        if sheet.columns > 1 and column == sheet.columns - 1:
+            copy_node(nodes, node, node - sheet.columns)
+
+
+@kernel
+def hold_node(nodes, blows, course, sheet, node, slot, mass):
+    """Put a node where cover, cargo, axis and ground leave it. Writes nodes, blows."""
+    length = course.length
     x, y, z = nodes.x[node], nodes.y[node], nodes.z[node] - course.next_cover
+    old_x, old_y = x - length * nodes.u[node], y - length * nodes.v[node]
     old_z = nodes.z[node] - length * nodes.w[node] - course.cover
-    if sheet.touching == 1 and (z > -course.gap or old_z > -course.gap):
-        old_x, old_y = x - length * nodes.u[node], y - length * nodes.v[node]
-        new_x, new_y, new_z = allowed_place(contact, course.gap, old_x, old_y, old_z, x, y, z)
+    new_x, new_y, new_z = allowed_place(sheet, course.gap, old_x, old_y, old_z, x, y, z)
+    if new_x != x or new_y != y or new_z != z:
         rise = (new_z - z) / length
-        if new_x != x or new_y != y or new_z != z:
-            jolt(nodes, work, books, node, slot, m, length, (new_x - x) / length, (new_y - y) / length, rise)
-            folds.impulse[0] -= m * rise
+        jolt(nodes, blows, blows, node, slot, mass, length, (new_x - x) / length, (new_y - y) / length, rise)
+        blows.impulse[0] -= mass * rise
     if sheet.axis == 1 and nodes.x[node] < GAP:
-        jolt(nodes, work, books, node, slot, m, length, (GAP - nodes.x[node]) / length, 0.0, 0.0)
-    if nodes.z[node] < contact.ground:
-        rise = (contact.ground - nodes.z[node]) / length
-        jolt(nodes, work, books, node, slot, m, length, 0.0, 0.0, rise)
-        folds.impulse[1] += m * rise
-    if sheet.columns > 1 and column == 0:
-        copy_node(nodes, node, node + sheet.columns)
-    if sheet.columns > 1 and column == sheet.columns - 1:
-        copy_node(nodes, node, node - sheet.columns)
+        jolt(nodes, blows, blows, node, slot, mass, length, (GAP - nodes.x[node]) / length, 0.0, 0.0)
+    if nodes.z[node] < sheet.ground:
+        rise = (sheet.ground - nodes.z[node]) / length
+        jolt(nodes, blows, blows, node, slot, mass, length, 0.0, 0.0, rise)
+        blows.impulse[1] += mass * rise
 
 
 @kernel
@@ -312,7 +348,7 @@ def watch_meridian(nodes, folds, n1, h1, h2, window):
 
     As long as each edge climbs, the meridian is a graph over the axis. As watch_shell.
     """
-    x, z, u, w = nodes.x, nodes.z, nodes.u, nodes.w
+    z, u, w = nodes.z, nodes.u, nodes.w
     least, fastest = inf, 0.0
     for i in range(n1):
         least = min(least, z[i + 1] - z[i] + window * min(w[i + 1] - w[i], 0.0))

@@ -21,9 +21,9 @@ RIM = 1e-8  # share by which a triangle is widened, so that none slips through b
 def corners_of(face, sheet):
     """Return the nodes at the corners of a face, by that of its lower left one.
 
-        3 ── 2
-        │    │      columns to the right, rows upwards; the one column of a meridian is its own neighbour
-        0 ── 1
+    3 ── 2
+    │    │      columns to the right, rows upwards; the one column of a meridian is its own neighbour
+    0 ── 1
     """
     column = face % sheet.stride - sheet.first
     right = face + (1 if column + 1 < sheet.columns else 1 - sheet.columns)

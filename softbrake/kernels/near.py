@@ -27,7 +27,7 @@ def sort_nodes(nodes, folds, sheet, per_edge):
     for i in range(sheet.rows + 1):
         for j in range(sheet.columns):
             a = i * sheet.stride + sheet.first + j
-            b = bucket(int(floor(x[a] * per_edge)), int(floor(y[a] * per_edge)), int(floor(z[a] * per_edge)), mask)
+            b = bucket(floor(x[a] * per_edge), floor(y[a] * per_edge), floor(z[a] * per_edge), mask)
             following[a] = head[b]
             head[b] = a
 
@@ -40,37 +40,45 @@ def span(values, corners, reach):
 
 
 @kernel
-def add_near_nodes(nodes, folds, sheet, face, reach, per_edge, count):
-    """Add the nodes within reach (m) of a face to the pairs, but for its corners. Returns the count of pairs, -1 for a torn face.
+def add_pairs_of_row(nodes, folds, sheet, row, reach, per_edge, count):
+    """Add the nodes within reach (m) of the faces of a row to the pairs, but for each one's corners. Returns the count of pairs.
 
-    Pairs beyond the capacity are counted, not kept. Writes folds.pairs, wake (for now their distance, m), counts.
+    -1 for a torn face. Pairs beyond the capacity are counted, not kept. Writes folds.pairs, wake (for now their distance, m).
     """
     x, y, z, head, following, pairs, wake = nodes.x, nodes.y, nodes.z, folds.head, folds.following, folds.pairs, folds.wake
-    mask = head.size - 1
-    corners = corners_of(face, sheet)
-    low_x, high_x = span(x, corners, reach)
-    low_y, high_y = span(y, corners, reach)
-    low_z, high_z = span(z, corners, reach)
-    if not max(high_x - low_x, high_y - low_y, high_z - low_z) * per_edge < WIDEST:
-        return -1
-    for i in range(int(floor(low_x * per_edge)), int(floor(high_x * per_edge)) + 1):
-        for j in range(int(floor(low_y * per_edge)), int(floor(high_y * per_edge)) + 1):
-            for k in range(int(floor(low_z * per_edge)), int(floor(high_z * per_edge)) + 1):
-                a = head[bucket(i, j, k, mask)]
-                while a != NOBODY:
-                    in_box = low_x <= x[a] <= high_x and low_y <= y[a] <= high_y and low_z <= z[a] <= high_z
-                    here = int(floor(x[a] * per_edge)) == i and int(floor(y[a] * per_edge)) == j
-                    own = a == corners[0] or a == corners[1] or a == corners[2] or a == corners[3]
-                    if in_box and here and int(floor(z[a] * per_edge)) == k and not own:
-                        folds.counts[FoldCount.TESTS] += 1
-                        distance = nearest_on_face(seen_from(nodes, a, corners, sheet.breadth, 0.0))[0]
-                        if distance <= reach:
-                            if count < pairs.size:
-                                pairs[count] = (a << 32) | face
-                                wake[count] = distance
-                            count += 1
-                    a = following[a]
+    mask, tests = head.size - 1, 0
+    start = row * sheet.stride + sheet.first
+    for face in range(start, start + sheet.columns):
+        corners = corners_of(face, sheet)
+        low_x, high_x = span(x, corners, reach)
+        low_y, high_y = span(y, corners, reach)
+        low_z, high_z = span(z, corners, reach)
+        if not max(high_x - low_x, high_y - low_y, high_z - low_z) * per_edge < WIDEST:
+            return -1
+        for i in range(floor(low_x * per_edge), floor(high_x * per_edge) + 1):
+            for j in range(floor(low_y * per_edge), floor(high_y * per_edge) + 1):
+                for k in range(floor(low_z * per_edge), floor(high_z * per_edge) + 1):
+                    a = head[bucket(i, j, k, mask)]
+                    while a != NOBODY:
+                        in_box = low_x <= x[a] <= high_x and low_y <= y[a] <= high_y and low_z <= z[a] <= high_z
+                        own = a == corners[0] or a == corners[1] or a == corners[2] or a == corners[3]
+                        if in_box and not own and in_cell(x[a], y[a], z[a], per_edge, i, j, k):
+                            tests += 1
+                            distance = nearest_on_face(seen_from(nodes, a, corners, sheet.breadth, 0.0))[0]
+                            if distance <= reach:
+                                if count < pairs.size:
+                                    pairs[count] = (a << 32) | face
+                                    wake[count] = distance
+                                count += 1
+                        a = following[a]
+    folds.counts[FoldCount.TESTS] += tests
     return count
+
+
+@kernel
+def in_cell(x, y, z, per_edge, i, j, k):
+    """Return whether a place lies in a cell of space: lists are shared by some."""
+    return floor(x * per_edge) == i and floor(y * per_edge) == j and floor(z * per_edge) == k
 
 
 @kernel
@@ -82,8 +90,7 @@ def find_pairs(nodes, folds, sheet, reach, edge):
     per_edge = 1.0 / (EDGE * edge)
     sort_nodes(nodes, folds, sheet, per_edge)
     count = 0
-    for i in range(sheet.rows):
-        for j in range(sheet.columns):
-            if count >= 0:
-                count = add_near_nodes(nodes, folds, sheet, i * sheet.stride + sheet.first + j, reach, per_edge, count)
+    for row in range(sheet.rows):
+        if count >= 0:
+            count = add_pairs_of_row(nodes, folds, sheet, row, reach, per_edge, count)
     return count
