@@ -10,7 +10,7 @@ from math import inf, sqrt
 
 from softbrake.kernels.contact import GAP, allowed_place, jolt
 from softbrake.kernels.jit import kernel
-from softbrake.kernels.meet import corners_of, meet
+from softbrake.kernels.meet import APART, PASSES, corners_of, meet
 from softbrake.kernels.near import find_pairs
 from softbrake.state import PAD, Blows, FoldCount, FoldTravel, Sheet
 
@@ -19,6 +19,8 @@ MARGIN = 0.5  # of an unloaded cell, to which the search looks
 AIM = 1.2  # of the impulse needed, after the first passes: a rebound, but fewer passes for pairs that others push back
 LEAST_GIVE = 0.01  # of a free node's: a lever shorter than a tenth of a cell would multiply impulses without bound
 FIRM = 4  # passes that take what is needed and no more
+GENTLE = 12  # passes that look after the gap as well; then what stays too near, as in a narrow wedge, is left there
+BESIDE = 1e-9  # part of the cargo's radius
 PUSHES = 60  # passes
 CLOSING = 3.0  # two nodes near each other by twice the largest travel, by sqrt(2) more where blows turned it
 FACE = 2**32 - 1  # bits of a pair that name the face
@@ -172,11 +174,11 @@ def try_pairs(nodes, mass, blows, folds, course, sheet, awake, gap, reach, tries
         a, b, c, d = corners
         if tries > 0 and max(stamp[node], stamp[a], stamp[b], stamp[c], stamp[d]) < before:
             continue
-        _, passes, slowing, nx, ny, nz, weights = meet(nodes, node, corners, sheet.breadth, course.length, gap, reach)
-        if passes == 1 and (merge or slowing <= 0.0):
+        _, how, slowing, nx, ny, nz, weights = meet(nodes, node, corners, sheet.breadth, course.length, gap, reach)
+        if how != APART and (merge or slowing <= 0.0):
             merge_nodes(nodes, mass, blows, course, sheet, before + 1, node, corners)
             pushed += 1
-        elif slowing > 0.0 and not merge:
+        elif slowing > 0.0 and not merge and (how != APART or tries < GENTLE):
             aim = slowing if tries < FIRM else AIM * slowing
             pushed += part_pair(nodes, mass, blows, course, sheet, before + 1, node, corners, weights, aim, nx, ny, nz)
     return pushed
@@ -213,17 +215,27 @@ def inverse_mass(mass, sheet, node):
 
 @kernel
 def merge_nodes(nodes, mass, blows, course, sheet, now, node, corners):
-    """Give a node and the corners of a face the velocity of their common centre of mass, or of the cover that holds some."""
+    """Give a node and the corners of a face one velocity, at which they neither near nor part.
+
+    That of their common centre of mass; of the cover or of the ground where these hold one of them, so that all stay there.
+    """
     a, b, c, d = corners
-    all_mass, pu, pv, pw, held = 0.0, 0.0, 0.0, 0.0, -1
+    all_mass, pu, pv, pw, held, resting, pressed = 0.0, 0.0, 0.0, 0.0, -1, False, False
     for other in (node, a, b, c, d):
         m = mass[other // sheet.stride]
+        all_mass, pu, pv, pw = all_mass + m, pu + m * nodes.u[other], pv + m * nodes.v[other], pw + m * nodes.w[other]
+        resting = resting or nodes.z[other] <= sheet.ground
+        pressed = pressed or is_pressed(nodes, course, sheet, other)
         if inverse_mass(mass, sheet, other) == 0.0:
             held = other
-        all_mass, pu, pv, pw = all_mass + m, pu + m * nodes.u[other], pv + m * nodes.v[other], pw + m * nodes.w[other]
     u, v, w = pu / all_mass, pv / all_mass, pw / all_mass
+    speed = (course.next_cover - course.cover) / course.length
     if held >= 0:
         u, v, w = 0.0, 0.0, nodes.w[held]
+    elif pressed:
+        u, v, w = 0.0, 0.0, speed
+    elif resting and w < 0.0:
+        w = 0.0
     given = 0.0
     for other in (node, a, b, c, d):
         if inverse_mass(mass, sheet, other) > 0.0:
@@ -231,8 +243,19 @@ def merge_nodes(nodes, mass, blows, course, sheet, now, node, corners):
             pu, pv, pw = m * (u - nodes.u[other]), m * (v - nodes.v[other]), m * (w - nodes.w[other])
             push_node(nodes, mass, blows, course, sheet, now, other, pu, pv, pw)
             given += pw
-    if held >= 0:
-        push_node(nodes, mass, blows, course, sheet, now, held, 0.0, 0.0, -given)
+    if pressed or held // sheet.stride == sheet.rows:
+        blows.impulse[0] -= given
+    elif resting or held >= 0:
+        blows.impulse[1] += given
+
+
+@kernel
+def is_pressed(nodes, course, sheet, node):
+    """Return whether a node lies on the cover or at the side of the cargo."""
+    x, y, z = nodes.x[node], nodes.y[node], nodes.z[node] - course.next_cover
+    on_cover = sheet.cover == 1 and abs(z) <= course.gap and x * x + y * y < sheet.cover_radius**2
+    beside = sheet.cargo == 1 and 0.0 < z < sheet.cargo_height and x * x + y * y <= ((1.0 + BESIDE) * sheet.cargo_radius) ** 2
+    return on_cover or beside
 
 
 @kernel
@@ -299,7 +322,7 @@ def book_failure(nodes, folds, sheet, awake, length, gap, reach):
         pair = folds.pairs[k]
         corners = corners_of(pair & FACE, sheet)
         found = meet(nodes, pair >> 32, corners, sheet.breadth, length, gap, reach)
-        if found[1] == 1:
+        if found[1] == PASSES:
             folds.counts[FoldCount.PIERCED] += 1
             folds.penetration[0] = max(folds.penetration[0], found[0] / sheet.edge)
 

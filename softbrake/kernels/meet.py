@@ -8,11 +8,13 @@ from math import inf, sqrt
 
 from softbrake.kernels.jit import kernel
 
+APART, TOUCHES, PASSES = 0, 1, 2
 NEVER = 2.0  # a time beyond the step, which lasts from 0 to 1
-PARTS = 8  # of a step in which the cubic's changes of sign are looked for
 ENOUGH = 0.99  # of the distance wanted: the rest would take passes without end where a corner lies on the cargo
-TOUCHING = 1e-3  # of the gap: nearer than this the direction from face to node says nothing
+TOUCHING = 1e-3  # of the gap; nearer than this the direction from face to node says nothing
 SMALLEST = 1e-30  # m
+NEAR = 0.1  # of the gap
+REBOUND = 0.5  # of the speed of closing
 BISECTIONS = 50
 RIM = 1e-8  # share by which a triangle is widened, so that none slips through between two
 
@@ -138,8 +140,8 @@ def crossing_of_triangle(r0, a0, b0, r1, a1, b1):
     """Return when within the step the node r first passes through the triangle 0, a, b, with s, t and the unit normal there.
 
     Vectors at the start and at the end of the step, each moving evenly. The volume r · (a × b) is a cubic in time: with Bernstein
-    coefficients of one sign it has no root; else its changes of sign are bisected, and the shares at the root tell inside from
-    outside. The normal points to the side from which the node came. The time is NEVER where it does not pass.
+    coefficients of one sign it has no root; else its changes of sign between turning points are bisected, and the shares there
+    tell inside from outside. The normal points to the side from which the node came. The time is NEVER where it does not pass.
     """
     v0 = volume(*r0, *a0, *b0)
     v3 = volume(*r1, *a1, *b1)
@@ -147,31 +149,54 @@ def crossing_of_triangle(r0, a0, b0, r1, a1, b1):
     v2 = (volume(*r0, *a1, *b1) + volume(*r1, *a0, *b1) + volume(*r1, *a1, *b0)) / 3.0
     if min(v0, v1, v2, v3) > 0.0 or max(v0, v1, v2, v3) < 0.0:
         return NEVER, 0.0, 0.0, 0.0, 0.0, 0.0
-    before = v0
-    for part in range(PARTS):
-        value = cubic(v0, v1, v2, v3, (part + 1) / PARTS)
+    turn, last_turn = turning_points(v1 - v0, v2 - v1, v3 - v2)
+    before, low = v0, 0.0
+    for end in (turn, last_turn, 1.0):
+        value = cubic(v0, v1, v2, v3, end)
         if before * value < 0.0:
-            low, high = part / PARTS, (part + 1) / PARTS
-            for _ in range(BISECTIONS):
-                middle = 0.5 * (low + high)
-                if before * cubic(v0, v1, v2, v3, middle) > 0.0:
-                    low = middle
-                else:
-                    high = middle
-            rest = 1.0 - high
-            rx, ry, rz = rest * r0[0] + high * r1[0], rest * r0[1] + high * r1[1], rest * r0[2] + high * r1[2]
-            ax, ay, az = rest * a0[0] + high * a1[0], rest * a0[1] + high * a1[1], rest * a0[2] + high * a1[2]
-            bx, by, bz = rest * b0[0] + high * b1[0], rest * b0[1] + high * b1[1], rest * b0[2] + high * b1[2]
+            time = bisect(v0, v1, v2, v3, before, low, end)
+            rest = 1.0 - time
+            rx, ry, rz = rest * r0[0] + time * r1[0], rest * r0[1] + time * r1[1], rest * r0[2] + time * r1[2]
+            ax, ay, az = rest * a0[0] + time * a1[0], rest * a0[1] + time * a1[1], rest * a0[2] + time * a1[2]
+            bx, by, bz = rest * b0[0] + time * b1[0], rest * b0[1] + time * b1[1], rest * b0[2] + time * b1[2]
             nx, ny, nz = ay * bz - az * by, az * bx - ax * bz, ax * by - ay * bx
             square = nx * nx + ny * ny + nz * nz
             s = volume(nx, ny, nz, rx, ry, rz, bx, by, bz) / square
             t = volume(nx, ny, nz, ax, ay, az, rx, ry, rz) / square
             if s >= -RIM and t >= -RIM and s + t <= 1.0 + RIM:
                 scale = (1.0 if before > 0.0 else -1.0) / sqrt(square)
-                return high, s, t, scale * nx, scale * ny, scale * nz
+                return time, s, t, scale * nx, scale * ny, scale * nz
         if value != 0.0:
             before = value
+        low = end
     return NEVER, 0.0, 0.0, 0.0, 0.0, 0.0
+
+
+@kernel
+def turning_points(d0, d1, d2):
+    """Return the two times of 0 … 1, in order, between which a cubic is monotone; from Bernstein coefficients of its slope.
+
+    0 or 1 where a turning point lies outside or there is none.
+    """
+    square, half, rest = d0 - 2.0 * d1 + d2, d1 - d0, d0
+    root = sqrt(max(half * half - square * rest, 0.0))
+    middle = -(half + (root if half > 0.0 else -root))
+    first = rest / middle if middle != 0.0 else 0.0
+    second = middle / square if square != 0.0 else 1.0
+    first, second = min(max(first, 0.0), 1.0), min(max(second, 0.0), 1.0)
+    return min(first, second), max(first, second)
+
+
+@kernel
+def bisect(v0, v1, v2, v3, before, low, high):
+    """Return where a cubic that changes sign from that of before between two times does so, just after."""
+    for _ in range(BISECTIONS):
+        middle = 0.5 * (low + high)
+        if before * cubic(v0, v1, v2, v3, middle) > 0.0:
+            low = middle
+        else:
+            high = middle
+    return high
 
 
 @kernel
@@ -214,7 +239,7 @@ def closing_along(nodes, node, corners, weights, nx, ny, nz):
 
 @kernel
 def meet(nodes, node, corners, breadth, length, gap, reach):
-    """Return how a node and a face meet in the step to n+1: distance (m) there, passes, slowing (m/s), normal, weights.
+    """Return how a node and a face meet in the step to n+1: distance (m) there, how, slowing (m/s), normal, weights.
 
     What is a gap apart at n stays so, what is nearer comes no nearer, what is on one side stays there. slowing is what the speed
     of closing along the normal has to lose for that, at most all of it: rest is always allowed, so no energy arises. 0 where
@@ -223,26 +248,40 @@ def meet(nodes, node, corners, breadth, length, gap, reach):
     end = seen_from(nodes, node, corners, breadth, 0.0)
     distance, rx, ry, rz, weights = nearest_on_face(end)
     if distance > reach:
-        return distance, 0, 0.0, 0.0, 0.0, 0.0, weights
+        return distance, APART, 0.0, 0.0, 0.0, 0.0, weights
     start = seen_from(nodes, node, corners, breadth, length)
     time, nx, ny, nz, weights_then = crossing_of_face(start, end)
     if time <= 1.0:
         closing = closing_along(nodes, node, corners, weights_then, nx, ny, nz)
         if closing > 0.0:
-            return distance, 1, closing - max(time * closing - gap / length, 0.0), nx, ny, nz, weights_then
+            old = time * closing * length
+            return distance, PASSES, slowing_of(closing, old, old - closing * length, gap, length), nx, ny, nz, weights_then
     elif distance >= gap:
-        return distance, 0, 0.0, 0.0, 0.0, 0.0, weights
+        return distance, APART, 0.0, 0.0, 0.0, 0.0, weights
     old, ox, oy, oz, old_weights = nearest_on_face(start)
-    least = min(gap, old)
-    if time > 1.0 and distance >= ENOUGH * least:
-        return distance, 0, 0.0, 0.0, 0.0, 0.0, weights
+    if time > 1.0 and distance >= ENOUGH * min(gap, old):
+        return distance, APART, 0.0, 0.0, 0.0, 0.0, weights
     if time > 1.0 and distance > TOUCHING * gap:
-        scale = 1.0 / distance
-        closing = closing_along(nodes, node, corners, weights, scale * rx, scale * ry, scale * rz)
-        slowing = max(min((least - distance) / length, closing), 0.0)
-        return distance, 0, slowing, scale * rx, scale * ry, scale * rz, weights
+        nx, ny, nz = rx / distance, ry / distance, rz / distance
+        closing = closing_along(nodes, node, corners, weights, nx, ny, nz)
+        return distance, APART, slowing_of(closing, old, distance, gap, length), nx, ny, nz, weights
     # In the plane of the face, or turned right over within the step: the direction at n still tells the sides.
     scale = 1.0 / max(old, SMALLEST)
-    closing = closing_along(nodes, node, corners, old_weights, scale * ox, scale * oy, scale * oz)
-    slowing = max(min(closing + (least - old) / length, closing), 0.0)
-    return distance, int(time <= 1.0), slowing, scale * ox, scale * oy, scale * oz, old_weights
+    nx, ny, nz = scale * ox, scale * oy, scale * oz
+    closing = closing_along(nodes, node, corners, old_weights, nx, ny, nz)
+    slowing = slowing_of(closing, old, old - closing * length, gap, length)
+    how = PASSES if time <= 1.0 else TOUCHES if slowing > 0.0 else APART
+    return distance, how, slowing, nx, ny, nz, old_weights
+
+
+@kernel
+def slowing_of(closing, old, there, gap, length):
+    """Return what a speed of closing (m/s) has to lose: the lesser of a gap and the distance old (m) at n is left at n+1.
+
+    there: the distance at n+1, negative beyond the face. What has come far too near rebounds by half, lest round-off decide.
+    """
+    if closing <= 0.0:
+        return 0.0
+    if old < NEAR * gap:
+        return (1.0 + REBOUND) * closing
+    return max(min((min(gap, old) - there) / length, closing), 0.0)
