@@ -15,6 +15,9 @@ from softbrake.state import (
     Edges,
     Fabric,
     Floats,
+    FoldCount,
+    Folds,
+    FoldTravel,
     History,
     Lobes,
     Meridian,
@@ -34,6 +37,8 @@ from softbrake.state import (
 
 ONE_COLUMN = ("axisymmetric", "lumped")  # fidelities whose arrays hold the generatrix only
 LUMPED_STEPS = 2000  # in which the cargo would fall the shell's height at its first velocity
+PAIRS_PER_NODE = 8  # near one another, of folds
+PLEATS = 64  # the same of a meridian, all of whose segments may lie on one another
 SLIVER = 1e-3  # least part of a belt that a row carries, of what the row with most of it does
 
 
@@ -120,6 +125,7 @@ def build_model(case: Case) -> Model:
             cargo_radius=0.5 * case.cargo.diameter,
             cargo_height=inf if case.cargo.height is None else case.cargo.height,
             axis=int("axis" in case.contact),
+            folds=int("folds" in case.contact),
         ),
         sector=Sector(
             copies=float(sectors),
@@ -141,6 +147,7 @@ def build_state(case: Case, model: Model) -> State:
     nodes.y.reshape(-1, stride)[:] = radius * np.sin(angle)
     nodes.z.reshape(-1, stride)[:] = height
     nodes.w.reshape(-1, stride)[:] = np.where(height > 0.0, -case.cargo.velocity, 0.0)
+    edge = model.fabric.h1 if one_column else min(model.fabric.h1, model.fabric.h2)
     now = np.zeros(len(History))
     now[History.HEIGHT] = case.shell.height
     now[History.VELOCITY] = -case.cargo.velocity
@@ -155,6 +162,24 @@ def build_state(case: Case, model: Model) -> State:
         kinetic_start=np.array([now[History.KINETIC_ENERGY]]),
         peaks=np.zeros((len(Peak), 3)),
         work=Work(*(_aligned(model.n1 + 1 if one_column else model.n2) for _ in Work._fields)),
+        folds=build_folds(nodes.x.size if model.contact.folds else 1, edge, PLEATS if one_column else PAIRS_PER_NODE),
+    )
+
+
+def build_folds(nodes: int, edge: float, pairs: int) -> Folds:
+    """Return the arrays of the contact of folds, for so many nodes with so many pairs each, of cells with an edge (m)."""
+    travel = np.zeros(len(FoldTravel))
+    travel[FoldTravel.SEARCHED], travel[FoldTravel.MARGIN] = -inf, edge
+    return Folds(
+        pairs=np.zeros(pairs * nodes, np.int64),
+        wake=np.zeros(pairs * nodes),
+        head=np.zeros(1 << (nodes - 1).bit_length(), np.int64),
+        following=np.zeros(nodes, np.int64),
+        stamp=np.zeros(nodes, np.int64),
+        counts=np.zeros(len(FoldCount), np.int64),
+        travel=travel,
+        penetration=np.zeros(1),
+        impulse=np.zeros(2),
     )
 
 

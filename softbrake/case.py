@@ -14,6 +14,7 @@ from softbrake.keys import (
     BELTS,
     CONTACT,
     CONTACT_SETS,
+    DEFAULT_CONTACT,
     LAW,
     LISTED_BELT,
     PRESSURE,
@@ -329,7 +330,7 @@ class _CaseChecker(Checker):
         node = root.value.get("contact")
         fidelity = model.get("fidelity", "axisymmetric")
         known = tuple(part for part in CONTACT if part not in UNKNOWN_CONTACT[fidelity])
-        word = node.value if node is not None else "full"
+        word = node.value if node is not None else DEFAULT_CONTACT.get(fidelity, "full")
         if isinstance(word, str) and word in CONTACT_SETS:
             return tuple(part for part in CONTACT_SETS[word] if part in known)
         assert node is not None

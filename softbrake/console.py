@@ -162,6 +162,9 @@ def _work(summary: Summary) -> Table:
     table = _table()
     for name, value in asdict(summary.work).items():
         table.add_row(f"work, {name}", f"{value:.3f}", "J")
+    if summary.crossings:
+        depth = f"of folds, to {summary.largest_penetration:.1%} of a cell"
+        table.add_row("crossings", str(summary.crossings), "", depth)
     table.add_row("energy residual", f"{summary.energy_error:.2e}", "", "of the initial energy")
     return table
 

@@ -33,7 +33,7 @@ from softbrake.kernels.motion import close_nodes
 from softbrake.kernels.pressure import pressure_at
 from softbrake.kernels.step import advance
 from softbrake.results import ResultFile
-from softbrake.state import PAD, Floats, History, Meridian, Model, Nodes, Outcome, Peak, State, Sweep
+from softbrake.state import PAD, Floats, FoldCount, History, Meridian, Model, Nodes, Outcome, Peak, State, Sweep
 from softbrake.summary import ModelUsed, Summary, Work
 from softbrake.summary import Peak as PeakFound
 
@@ -260,6 +260,8 @@ class Drop:
             peak_tension_belt=None if belt is None else belt.value,
             peaks=peaks,
             work=Work(*(float(part) for part in self.state.now[History.WORK_PRESSURE : History.WORK_CONTACT + 1])),
+            largest_penetration=float(self.state.folds.penetration[0]),
+            crossings=int(self.state.folds.counts[FoldCount.PIERCED]),
             energy_error=self.energy_error(),
             steps=steps,
             time_step=self.now(History.TIME) / steps if steps else 0.0,
@@ -279,6 +281,8 @@ class Drop:
         else:
             excess = "kinetic energy not finite"
         stretch = float(np.median(self.fields()["stretch_hoop"]))
+        if self.state.folds.counts[FoldCount.FAULT]:
+            excess = "folds not to be kept apart: more of them near one another than the arrays hold, or cells out of all shape"
         if stretch > BURST:
             cause = (
                 f"the fabric bursts: half of the hoops, stretched {stretch:.3g} times and more, find no balance with the pressure"

@@ -114,7 +114,12 @@ LAW = Key("law", tuple(PRESSURE), "over time; sine is (2.10)", "constant", requi
 CONTACT = ("ground", "belts", "cover", "cargo", "axis", "folds")  # what stops the fabric
 RESIDUAL = {"cut": 0.0, "wrinkle": 0.005, "compression": 1.0}  # default by what slack fabric does
 UNKNOWN_CONTACT = {"full": ("axis",), "sector": ("axis", "folds"), "axisymmetric": (), "lumped": (), "auto": ()}  # by fidelity
-CONTACT_SETS = {"full": ("ground", "cover", "cargo", "axis", "folds"), "paper": ("ground", "belts")}
+DEFAULT_CONTACT = {"full": "solid"}  # where folds cost more than all else; others: full
+CONTACT_SETS = {
+    "solid": ("ground", "cover", "cargo"),
+    "full": ("ground", "cover", "cargo", "axis", "folds"),
+    "paper": ("ground", "belts"),
+}
 TOP = (
     Key("title", str, "heads the results", "My drop", computed="name of the file"),
     Key("gravity", Dimension.ACCELERATION, "downwards", "9.80665 m/s^2", default=9.80665, least=0),
@@ -199,7 +204,7 @@ ALTERNATIVES: dict[str, Alternatives] = {
     "fabric": ((("E",), ("E11", "E22")), (("damping_ratio",), ("viscosity",))),
     "belts": ((("layers",), ("stiffness", "line_density")),),
 }
-_CONTACT = "what stops the fabric: full, paper, or a list of parts; default full"
+_CONTACT = "what stops the fabric: solid, full, paper, or parts"
 
 
 def needed(section: str) -> list[Key]:
@@ -292,7 +297,7 @@ def starter() -> str:
         "# The schema for your editor: softbrake schema > case.schema.json. A bare number is in the unit in brackets.",
     ]
     lines += [_starter_line(key, "", key.name in ("title", "gravity")) for key in TOP]
-    lines.append("contact: full".ljust(34) + f"# {_CONTACT}")
+    lines.append("contact: solid".ljust(34) + f"# {_CONTACT}")
     for name, keys in SECTIONS.items():
         live = needed(name)
         lines.append(f"{name}:")

@@ -90,6 +90,26 @@ class Peak(IntEnum):
     TENSION_BELT = 3  # N/m
 
 
+class FoldCount(IntEnum):
+    """Entries of `Folds.counts`."""
+
+    DUE = 0  # 1: folds may meet
+    PAIRS = 1  # near one another
+    FAULT = 2  # 1: too many for the arrays, or the shell out of all shape
+    PIERCED = 3  # nodes that passed through faces, over the run
+    SEARCHES = 4  # over the run
+    TESTS = 5  # distances computed by them
+    PASSES = 6  # over the awake pairs, over the run
+
+
+class FoldTravel(IntEnum):
+    """Entries of `Folds.travel`, m."""
+
+    TOTAL = 0  # sum of the largest travel of a node in each step
+    SEARCHED = 1  # that sum at the last search
+    MARGIN = 2  # to which that search looked
+
+
 class PressureLaw(IntEnum):
     """Course of p~ in time."""
 
@@ -164,6 +184,7 @@ class Contact(NamedTuple):
     cargo_radius: float  # m
     cargo_height: float  # m
     axis: int  # 1: radii of the axisymmetric shell stay positive
+    folds: int  # 1: the folds of the shell
 
 
 class Sector(NamedTuple):
@@ -209,6 +230,24 @@ class Step(NamedTuple):
     sector: Sector
 
 
+class Sheet(NamedTuple):
+    """How nodes and faces of a shell or a meridian are numbered, and what their folds meet."""
+
+    rows: int  # of faces; rows 0 and `rows` of nodes are held
+    columns: int  # 1: a meridian
+    stride: int  # from row to row of nodes; 1 for a meridian
+    first: int  # node of row 0, column 0
+    breadth: float  # m, half of it, of a meridian's faces across the half-plane; 0 for a shell
+    edge: float  # m, shorter one of the unloaded cell
+    ground: float  # m, and below as in Contact, as far as in the way in this step
+    cover: int
+    cover_radius: float  # m
+    cargo: int
+    cargo_radius: float  # m
+    cargo_height: float  # m
+    axis: int  # 1: x stays positive
+
+
 class Nodes(NamedTuple):
     """Places (m) at time n and velocities (m/s) at n-1/2, each flat, ((n1+1)*stride,)."""
 
@@ -235,6 +274,29 @@ class Work(NamedTuple):
     contact: Floats  # of what stops the fabric but the ground, and of friction
 
 
+class Folds(NamedTuple):
+    """Nodes and faces of the shell near one another, and the search for them; all of size 1 where folds are not asked for."""
+
+    pairs: Ints  # (capacity,), node times 2^32 plus the face's lower left node; those awake in front
+    wake: Floats  # m, (capacity,), total travel at which a pair is to be looked at again
+    head: Ints  # (a power of two,), node of a cell of space, -1 for none
+    following: Ints  # (nodes,), next node of its cell
+    stamp: Ints  # (nodes,), pass in which a node was last pushed
+    counts: Ints  # (len(FoldCount),)
+    travel: Floats  # (len(FoldTravel),), m
+    penetration: Floats  # (1,), largest so far, over the unloaded cell
+    impulse: Floats  # (2,), N s, upwards: on the cargo, of the ground on the fabric, in the step
+
+
+class Blows(NamedTuple):
+    """Where the impulses of folds are booked; few arrays, as each call counts its references."""
+
+    contact: Floats  # J, work on the nodes, by column, or by node of a meridian
+    kinetic: Floats  # J, energy of the nodes, likewise
+    impulse: Floats  # N s, (2,), of `Folds`
+    stamp: Ints  # (nodes,), of `Folds`
+
+
 class State(NamedTuple):
     """All that changes from step to step and must outlive it."""
 
@@ -246,6 +308,7 @@ class State(NamedTuple):
     kinetic_start: Floats  # (1,), J
     peaks: Floats  # (len(Peak), 3): value, time (s), row
     work: Work
+    folds: Folds
 
 
 class Edges(NamedTuple):

@@ -70,6 +70,8 @@ class Summary:
     peak_tension_belt: float | None  # N/m; None without belts
     peaks: dict[str, Peak]  # keys as the four fields above
     work: Work
+    largest_penetration: float  # of folds into one another, over an unloaded cell
+    crossings: int  # how often a node was not kept from passing a face of another fold
     energy_error: float  # residual of the work ledger over initial kinetic plus potential energy
     steps: int
     time_step: float  # s, mean

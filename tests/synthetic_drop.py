@@ -100,6 +100,8 @@ def summary() -> Summary:
         peak_tension_belt=None,
         peaks={"peak_tension_hoop": Peak(8e3, END, 0.3), "peak_deceleration": Peak(DECELERATION, 0.0)},
         work=Work(-1140.0, -219.0, 0.0, 0.0, 447.0, 0.0, 0.0),
+        largest_penetration=0.0,
+        crossings=0,
         energy_error=1e-14,
         steps=1200,
         time_step=1e-4,

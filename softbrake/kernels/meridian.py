@@ -10,6 +10,7 @@ from numba import uint64
 
 from softbrake.kernels.contact import GAP, allowed_place, foresee, shift, slowed
 from softbrake.kernels.course import STEPS_PER_STEP_CHOICE, begin_step, end_step, raise_peak, record
+from softbrake.kernels.folds import part_meridian, watch_meridian, window_of
 from softbrake.kernels.geometry import SMALLEST_SQUARE
 from softbrake.kernels.jit import kernel
 from softbrake.kernels.lobes import part_meridian_lobes
@@ -53,6 +54,11 @@ def sweep_meridian(model, state, meridian, dt, length):
     if near != 0:
         impulse = press_meridian(nodes, meridian, contact, step, mass, n1)
     part_meridian_lobes(nodes, meridian, model.lobes, contact.ground, mass, length, n1)  # (2.5)
+    lift = 0.0
+    if contact.folds == 1:
+        part_meridian(model, nodes, meridian, state.folds, step)
+        impulse += state.folds.impulse[0]
+        lift = state.folds.impulse[1]
     add_node_work(nodes, meridian, work, step, mass, n1)
 
     below = uint64(n1 - 1)
@@ -74,7 +80,7 @@ def sweep_meridian(model, state, meridian, dt, length):
     add_meridian_work(meridian, work, dt, n1)
     add_belt_work(meridian, work, dt)
     on_ground = gas_on_cover - meridian.pressure[0] * meridian.area.z[FIRST] - meridian.force[0] * meridian.z[0]
-    now[History.GROUND_FORCE] = columns * (on_ground + mass[0] * model.gravity)
+    now[History.GROUND_FORCE] = columns * (on_ground + mass[0] * model.gravity + lift / dt)
     now[History.GROUND_AREA] = columns * model.cover_area
     book_forces(now, state.peaks, meridian, columns, dt, n1)
     return height
@@ -386,6 +392,10 @@ def advance_meridian(model, state, meridian, history, interval, most, until):
     while done < most and now[History.TIME] < until and rows + 1 < history.shape[0]:
         if state.steps[0] % STEPS_PER_STEP_CHOICE == 0:
             state.stable_step[0] = stable_step_of_meridian(model, state.nodes, meridian)  # (3.3)
+            if model.contact.folds == 1:
+                window = window_of(model.courant * state.stable_step[0])
+                longest = watch_meridian(state.nodes, state.folds, n1, model.fabric.h1, window)
+                state.stable_step[0] = min(state.stable_step[0], longest / model.courant)
         length, dt = begin_step(model, state)
         height = sweep_meridian(model, state, meridian, dt, length)
         if state.steps[0] % interval == 0:

@@ -15,6 +15,7 @@ from softbrake.kernels.fabric import (
     update_hoop_tension,
     update_shear,
 )
+from softbrake.kernels.folds import part_shell, watch_shell, window_of
 from softbrake.kernels.geometry import add_area_vectors, update_edges
 from softbrake.kernels.jit import kernel
 from softbrake.kernels.ledger import add_cargo_work, add_cell_work, add_edge_work, add_shear_work, update_top
@@ -42,7 +43,7 @@ def sweep_rows(model, state, sweep, dt, length):
     stride = uint64(model.stride)
     # Numba counts references each time an array is taken out of a tuple: take all of them out before the loop.
     fabric, belts, mass, belt_width = model.fabric, model.belts, model.mass, model.belts.width
-    nodes, work, now, peaks = state.nodes, state.work, state.now, state.peaks
+    nodes, work, now, peaks, folds = state.nodes, state.work, state.now, state.peaks, state.folds
     g, h, belt, cells, mean, on_nodes = sweep.generatrix, sweep.hoop, sweep.belt, sweep.cells, sweep.mean, sweep.pressure
     force, force_above, area, area_above = sweep.force, sweep.force_above, sweep.area, sweep.area_above
     top_1, top_2, top_belt, by_column = sweep.top_generatrix, sweep.top_hoop, sweep.top_belt, sweep.by_column
@@ -113,6 +114,8 @@ def sweep_rows(model, state, sweep, dt, length):
                 press_row(nodes, force, area, on_nodes, mean, work, by_column, contact, step, mass[i], node, row, n2)
         else:
             part_lobes(nodes, work, by_column, lobes, contact.ground, model.sector, mass, length, stride, n1, n2)  # (2.5)
+            if contact.folds == 1:
+                part_shell(model, nodes, work, by_column, folds, step, touching)
             tension, gas = vertical_forces(force, area, on_nodes, n2)
             impulse = total(by_column.on_cargo)
             now[History.CONTACT_FORCE] = sectors * (impulse / dt)
@@ -215,6 +218,16 @@ def book_energies(now, work, by_column, sectors):
 
 
 @kernel
+def fold_step(model, state, by_column):
+    """Return the longest step (s) for contact of folds, and look whether they may meet until the next choice of the step."""
+    fabric, window = model.fabric, window_of(model.courant * state.stable_step[0])
+    radius = model.contact.cover_radius
+    return watch_shell(
+        state.nodes, state.folds, by_column, model.n1, model.n2, model.stride, fabric.h1, fabric.h2, radius, window
+    )
+
+
+@kernel
 def advance(model, state, sweep, history, interval, most, until):
     """Advance by steps until an event, the time until (s), most steps, or a full history. Returns its rows and the Outcome.
 
@@ -227,6 +240,8 @@ def advance(model, state, sweep, history, interval, most, until):
     while done < most and now[History.TIME] < until and rows + 1 < history.shape[0]:
         if state.steps[0] % STEPS_PER_STEP_CHOICE == 0:
             state.stable_step[0] = stable_step(model, state.nodes, sweep)  # (3.3)
+            if model.contact.folds == 1:
+                state.stable_step[0] = min(state.stable_step[0], fold_step(model, state, by_column) / model.courant)
         length, dt = begin_step(model, state)
         height = sweep_rows(model, state, sweep, dt, length)
         if state.steps[0] % interval == 0:

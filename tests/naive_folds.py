@@ -1,0 +1,112 @@
+"""Slow, obvious twins of the contact of folds: distances, crossings in a step, intersections of segments."""
+
+from fractions import Fraction
+
+import numpy as np
+
+from softbrake.state import Floats, Ints
+
+
+def triangles(places: Floats) -> tuple[Floats, Ints]:
+    """Return the four triangles about the centre of each cell of a closed hoop, (faces, 4, 3, 3), and the cells' corner nodes.
+
+    places: (n1+1, n2, 3); nodes are counted i*n2 + j, corners (faces, 4).
+    """
+    n1, n2 = places.shape[0] - 1, places.shape[1]
+    i, j = np.meshgrid(np.arange(n1), np.arange(n2), indexing="ij")
+    k = (j + 1) % n2
+    nodes = np.stack((i * n2 + j, i * n2 + k, (i + 1) * n2 + k, (i + 1) * n2 + j), axis=-1).reshape(-1, 4)
+    corners = places.reshape(-1, 3)[nodes]
+    centre = np.broadcast_to(corners.mean(axis=1, keepdims=True), corners.shape)
+    return np.stack((centre, corners, np.roll(corners, -1, axis=1)), axis=2), nodes
+
+
+def distance_to_triangle(point: Floats, triangle: Floats) -> float:
+    """Return the distance of a point from a triangle (3, 3): from its plane if the foot lies inside, else from its edges."""
+    a, b, c = triangle
+    shares, *_ = np.linalg.lstsq(np.stack((b - a, c - a), axis=1), point - a, rcond=None)
+    if shares.min() >= 0.0 and shares.sum() <= 1.0:
+        return float(np.linalg.norm(point - a - shares @ np.stack((b - a, c - a))))
+    found = []
+    for start, end in ((a, b), (b, c), (c, a)):
+        along = end - start
+        length = along @ along
+        share = np.clip((point - start) @ along / length, 0.0, 1.0) if length > 0.0 else 0.0
+        found.append(np.linalg.norm(point - start - share * along))
+    return float(min(found))
+
+
+def near_pairs(places: Floats, reach: float) -> set[tuple[int, int]]:
+    """Return all pairs (node, face) within reach of each other, but for a face's own corners."""
+    parts, corners = triangles(places)
+    found = set()
+    for face in range(len(parts)):
+        for node, point in enumerate(places.reshape(-1, 3)):
+            if node not in corners[face] and min(distance_to_triangle(point, part) for part in parts[face]) <= reach:
+                found.add((node, face))
+    return found
+
+
+def crossings(old: Floats, new: Floats) -> list[tuple[int, int, float]]:
+    """Return (node, face, time) of all nodes that pass through a face in a step, all moving evenly from old to new places.
+
+    The volume of node and triangle is a cubic in time, its roots from the companion matrix; only boxes swept are compared first.
+    """
+    before, corners = triangles(old)
+    after, _ = triangles(new)
+    swept = np.concatenate((before, after), axis=2).reshape(len(before), -1, 3)
+    low, high = swept.min(axis=1), swept.max(axis=1)
+    start, end = old.reshape(-1, 3), new.reshape(-1, 3)
+    node_low, node_high = np.minimum(start, end), np.maximum(start, end)
+    meets = ((node_low[:, None] <= high) & (node_high[:, None] >= low)).all(axis=-1)
+    meets[corners, np.arange(len(corners))[:, None]] = False
+    found = []
+    for node, face in np.argwhere(meets):
+        times = [passing_time(start[node], end[node], before[face, k], after[face, k]) for k in range(4)]
+        if min(times) <= 1.0:
+            found.append((int(node), int(face), min(times)))
+    return found
+
+
+def passing_time(start: Floats, end: Floats, before: Floats, after: Floats) -> float:
+    """Return when (0 … 1) a point first passes through a triangle, both moving evenly; 2 if it does not."""
+    v = np.stack((start - before[0], before[1] - before[0], before[2] - before[0]))
+    d = np.stack((end - after[0], after[1] - after[0], after[2] - after[0])) - v
+
+    def det(a: Floats, b: Floats, c: Floats) -> float:
+        return float(a @ np.cross(b, c))
+
+    cubic = [
+        det(d[0], d[1], d[2]),
+        det(v[0], d[1], d[2]) + det(d[0], v[1], d[2]) + det(d[0], d[1], v[2]),
+        det(d[0], v[1], v[2]) + det(v[0], d[1], v[2]) + det(v[0], v[1], d[2]),
+        det(v[0], v[1], v[2]),
+    ]
+    for time in sorted(root.real for root in np.roots(cubic) if abs(root.imag) < 1e-9 and 0.0 < root.real < 1.0):
+        r, a, b = v + time * d
+        s, t = np.linalg.lstsq(np.stack((a, b), axis=1), r, rcond=None)[0]
+        if s >= 0.0 and t >= 0.0 and s + t <= 1.0:
+            return float(time)
+    return 2.0
+
+
+def side(a: Floats, b: Floats, c: Floats) -> int:
+    """Return on which side of the line from a to b the point c lies: -1, 0, 1; in exact arithmetic where floats are in doubt."""
+    left, right = (b[0] - a[0]) * (c[1] - a[1]), (b[1] - a[1]) * (c[0] - a[0])
+    if abs(left - right) > 1e-14 * (abs(left) + abs(right)):
+        return 1 if left > right else -1
+    ax, ay, bx, by, cx, cy = (Fraction(float(value)) for value in (*a, *b, *c))
+    exact = (bx - ax) * (cy - ay) - (by - ay) * (cx - ax)
+    return (exact > 0) - (exact < 0)
+
+
+def meridian_crossings(places: Floats) -> list[tuple[int, int]]:
+    """Return the pairs of segments of a meridian (n, 2) that cross each other properly; by the sides of their ends, exactly."""
+    low, high = np.minimum(places[:-1], places[1:]), np.maximum(places[:-1], places[1:])
+    meets = ((low[:, None] <= high) & (high[:, None] >= low)).all(axis=-1)
+    found = []
+    for i, k in np.argwhere(np.triu(meets, 2)):
+        a, b, c, d = places[i], places[i + 1], places[k], places[k + 1]
+        if side(a, b, c) * side(a, b, d) < 0 and side(c, d, a) * side(c, d, b) < 0:
+            found.append((int(i), int(k)))
+    return found

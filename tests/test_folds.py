@@ -1,0 +1,466 @@
+"""Contact of folds: no node passes a face, nothing sticks, momentum and energy stay closed, the search finds what is near."""
+
+from math import inf
+from pathlib import Path
+
+import numpy as np
+import pytest
+from naive_folds import crossings, distance_to_triangle, meridian_crossings, near_pairs, passing_time, triangles
+
+import softbrake
+from softbrake.build import build_folds, grid_view
+from softbrake.drop import Drop
+from softbrake.kernels.folds import FOLD_GAP, part_moved
+from softbrake.kernels.meet import NEVER, crossing_of_triangle, nearest_on_face
+from softbrake.kernels.near import find_pairs
+from softbrake.kernels.step import fold_step
+from softbrake.state import PAD, Floats, FoldCount, FoldTravel, History, Nodes, Outcome, Sector, Sheet, Step
+
+pytestmark = pytest.mark.kernels
+
+CONFIGS = Path(__file__).resolve().parents[1] / "configs"
+EDGE = 0.01  # m, of the cells of loose cloth
+GAP = FOLD_GAP * EDGE
+OPEN = (-inf, 0, inf, 0, inf, inf, 0)  # neither ground nor cover, cargo, axis
+
+
+class Cloth:
+    """Loose cloth on a closed hoop, or a meridian (one column), that nothing but its folds and walls acts on.
+
+    Rows 0 and n1 are held, the latter moves with the cover.
+    """
+
+    def __init__(self, places: Floats, velocities: Floats, walls: tuple[float, ...] = OPEN, seed_mass: int | None = None) -> None:
+        self.n1, self.n2 = places.shape[0] - 1, places.shape[1]
+        shell = self.n2 > 1
+        self.stride, self.first = (PAD + self.n2 + 1, PAD) if shell else (1, 0)
+        self.sheet = Sheet(self.n1, self.n2, self.stride, self.first, 0.0 if shell else 0.5 * EDGE, EDGE, *walls)
+        self.nodes = Nodes(*(np.zeros((self.n1 + 1) * self.stride) for _ in Nodes._fields))
+        self.mass = np.full(self.n1 + 1, 2e-3)
+        if seed_mass is not None:
+            self.mass *= np.random.default_rng(seed_mass).uniform(0.5, 2.0, self.n1 + 1)
+        self.folds = build_folds(self.nodes.x.size, EDGE, 8 if shell else 64)
+        self.folds.counts[FoldCount.DUE] = 1
+        self.contact, self.kinetic = np.zeros(self.n1 + 1 if not shell else self.n2), np.zeros(max(self.n2, self.n1 + 1))
+        self.impulse = np.zeros(2)
+        self.cover = float(places[-1, 0, 2])
+        self.set(places, velocities)
+
+    def views(self, fields: tuple[Floats, ...]) -> Floats:
+        rows = [part.reshape(self.n1 + 1, self.stride)[:, self.first : self.first + self.n2] for part in fields]
+        return np.stack(rows, axis=-1)
+
+    @property
+    def places(self) -> Floats:
+        return self.views(self.nodes[:3])
+
+    @property
+    def velocities(self) -> Floats:
+        return self.views(self.nodes[3:])
+
+    def set(self, places: Floats, velocities: Floats) -> None:
+        for k in range(3):
+            for part, values in ((self.nodes[k], places), (self.nodes[3 + k], velocities)):
+                rows = part.reshape(self.n1 + 1, self.stride)
+                rows[:, self.first : self.first + self.n2] = values[..., k]
+                if self.n2 > 1:
+                    rows[:, PAD - 1], rows[:, PAD + self.n2] = values[:, -1, k], values[:, 0, k]
+
+    def move(self, length: float, cover_velocity: float = 0.0) -> tuple[Floats, Floats]:
+        """Move by a step (s); returns the places before and after."""
+        before, velocities = self.places, self.velocities
+        velocities[0], velocities[-1] = 0.0, (0.0, 0.0, cover_velocity)
+        course = Step(length, length, 0.0, self.cover, self.cover + length * cover_velocity, 1e-6, Sector(1.0, 1.0, 0.0))
+        free = before.copy()
+        free[1:-1] += length * velocities[1:-1]
+        low, high = self.sheet.ground, course.next_cover - course.gap if self.sheet.cover else inf
+        velocities[1:-1, :, 2] = np.clip(velocities[1:-1, :, 2], *((end - before[1:-1, :, 2]) / length for end in (low, high)))
+        free[1:-1, :, 2] = np.clip(free[1:-1, :, 2], low, high)
+        self.set(free, velocities)
+        part_moved(self.nodes, self.mass, self.contact, self.kinetic, self.folds, course, self.sheet)
+        assert self.folds.counts[FoldCount.FAULT] == 0
+        self.impulse += self.folds.impulse
+        self.cover = course.next_cover
+        after, velocities = self.places, self.velocities
+        after[-1, :, 2] = self.cover
+        self.set(after, velocities)
+        return before, after
+
+    def energy(self) -> float:
+        return float(0.5 * self.mass[1:-1] @ (self.velocities[1:-1] ** 2).sum(axis=(1, 2)))
+
+    def momentum(self) -> Floats:
+        momentum: Floats = self.mass[1:-1] @ self.velocities[1:-1].sum(axis=1)
+        return momentum
+
+
+def two_layers(rows: int, half: int, apart: float, shift: float = 0.0) -> Floats:
+    """Places of a hoop pressed flat: columns 0 … half-1 below, the others above, running back; rows along y.
+
+    shift (cells): of the upper layer in its plane. The held rows stand wide open, the last one level as on a cover, so that
+    only free cloth meets.
+    """
+    places = np.zeros((rows + 1, 2 * half, 3))
+    column = np.arange(half)
+    places[:, :half, 0] = column * EDGE
+    places[:, half:, 0] = (column[::-1] + shift) * EDGE
+    places[..., 1] = np.arange(rows + 1)[:, None] * EDGE
+    places[:, half:, 1] += shift * EDGE
+    places[:, half:, 2] = apart
+    places[0, :half, 2] -= 3 * EDGE
+    places[0, half:, 2] += 3 * EDGE
+    places[-1, :, 2] = apart + 3 * EDGE
+    places[-1, half:, 1] -= 4 * EDGE
+    return places
+
+
+# --- where a node and a face meet -------------------------------------------------------------------------------------------
+
+
+def test_nearest_point_of_a_face() -> None:
+    random = np.random.default_rng(1)
+    for _ in range(300):
+        corners = random.standard_normal((2, 2, 3)) * random.choice([1.0, 0.01], 3)
+        point = random.standard_normal(3) * random.choice([1.0, 0.01], 3)
+        parts, _ = triangles(corners)
+        face = corners[[0, 0, 1, 1], [0, 1, 1, 0]]
+        distance, *towards, weights = nearest_on_face(tuple(tuple(values) for values in (face - point).T))
+        assert distance == pytest.approx(min(distance_to_triangle(point, part) for part in parts[0]), rel=1e-9)
+        assert sum(weights) == pytest.approx(1.0, abs=1e-12)
+        assert np.array(weights) @ face + towards == pytest.approx(point, abs=1e-12)
+
+
+def test_crossing_of_a_triangle() -> None:
+    """Against the roots of the cubic, for triangles that fly and turn wildly; about one in ten is passed."""
+    random = np.random.default_rng(2)
+    passed = 0
+    for _ in range(3000):
+        before, after = random.standard_normal((2, 3, 3))
+        after = before + 0.7 * after
+        start, end = 0.5 * random.standard_normal((2, 3))
+        ends = (np.vstack((start - before[0], before[1:] - before[0])), np.vstack((end - after[0], after[1:] - after[0])))
+        time, s, t, *normal = crossing_of_triangle(*(tuple(row) for vectors in ends for row in vectors))
+        assert time == pytest.approx(passing_time(start, end, before, after), abs=1e-6)
+        if time < NEVER:
+            passed += 1
+            place = (1 - time) * ends[0] + time * ends[1]
+            assert s * place[1] + t * place[2] == pytest.approx(place[0], abs=1e-9)
+            assert abs(np.dot(normal, place[1])) + abs(np.dot(normal, place[2])) < 1e-9
+    assert 200 < passed < 1500
+
+
+# --- impulses ---------------------------------------------------------------------------------------------------------------
+
+
+def test_node_on_a_face_takes_the_inelastic_impulse() -> None:
+    """One node (mass m) on the centre of a face at rest (corners m): 4/5 of its speed stays, shared by all: exact."""
+    places = two_layers(6, 6, 0.6 * EDGE, shift=0.5)
+    places[:-1, 6:, 2] += 10 * EDGE
+    places[-1, :, 2] += 10 * EDGE
+    places[3, 8] = (3 - 0.5) * EDGE, 2.5 * EDGE, 0.5 * GAP  # one tip of the upper layer, above the centre of a lower face
+    velocities = np.zeros_like(places)
+    velocities[3, 8] = 1.0, 2.0, -5.0
+    cloth = Cloth(places, velocities)
+    cloth.move(1e-5)
+    hit = [(2, 2), (2, 3), (3, 2), (3, 3)]
+    after = cloth.velocities
+    common = -5.0 / (1 + 4)  # of node and foot: p = 5 m/(1 + 4/16), the foot moves at p/(4 m)
+    assert after[3, 8] == pytest.approx((1.0, 2.0, common), abs=1e-4)  # the foot slides by 1e-3 of a cell within the step
+    for node in hit:
+        assert after[node][2] == pytest.approx(common, rel=1e-2)
+        assert after[node][:2] == pytest.approx((0.0, 0.0), abs=1e-12)
+    assert sum(after[node][2] for node in hit) / 4 == pytest.approx(common, rel=1e-4)
+    assert cloth.contact.sum() == pytest.approx(-0.5 * cloth.mass[3] * 25.0 * (1 / (1 + 0.25)), rel=1e-4)  # of the reduced mass
+    assert cloth.energy() == pytest.approx(0.5 * cloth.mass[3] * (1 + 4 + 25) + cloth.contact.sum(), rel=1e-13)
+
+
+@pytest.mark.parametrize("speed", [10.0, 20.0])
+def test_two_layers_thrown_at_each_other(speed: float) -> None:
+    """Node upon node: afterwards both have their common velocity, as near as passes over slopes come; momentum is exact."""
+    places = two_layers(8, 10, 0.2 * EDGE)
+    velocities = np.zeros_like(places)
+    velocities[1:-1, 10:, 2] = -speed
+    velocities[..., 0] = 3.0
+    cloth = Cloth(places, velocities)
+    for _ in range(3):  # an eighth of a cell in a step
+        before, after = cloth.move(0.125 * EDGE / speed)
+        assert crossings(before, after) == []
+    inner = cloth.velocities[2:-2]  # next to the held rows faces slope, and those take a part
+    assert inner[..., 2] == pytest.approx(-0.5 * speed, rel=2e-2)
+    assert inner[..., 0] == pytest.approx(3.0, abs=1e-2 * speed)
+    momentum = cloth.mass[1:-1].sum() * 20 * np.array((3.0, 0.0, -0.5 * speed))
+    assert cloth.momentum()[2] - cloth.impulse[1] + cloth.impulse[0] == pytest.approx(momentum[2], rel=1e-12)
+    loss = 10 * cloth.mass[1:-1].sum() * 0.25 * speed**2
+    assert cloth.contact.sum() == pytest.approx(-loss, rel=2e-2)
+    assert cloth.kinetic.sum() == pytest.approx(cloth.contact.sum(), rel=1e-12)
+
+
+@pytest.mark.parametrize("seed", range(4))
+@pytest.mark.parametrize("speed", [10.0, 20.0])
+def test_layers_that_do_not_match_never_pass(speed: float, seed: int) -> None:
+    """Shifted, crumpled, of unlike masses, turning at random: no node passes, energy never rises, momentum is exact."""
+    random = np.random.default_rng(seed)
+    places = two_layers(8, 10, 0.5 * EDGE, shift=0.5)
+    places[1:-1] += 0.1 * EDGE * random.uniform(-1, 1, places[1:-1].shape)
+    velocities = 0.2 * speed * random.standard_normal(places.shape)
+    velocities[1:-1, 10:, 2] -= speed
+    cloth = Cloth(places, velocities, seed_mass=seed)
+    start = momentum, energy = cloth.momentum(), cloth.energy()
+    for _ in range(25):
+        before, after = cloth.move(0.05 * EDGE / speed)
+        assert crossings(before, after) == []
+        assert cloth.energy() <= energy * (1 + 1e-13)
+        energy = cloth.energy()
+    assert cloth.folds.counts[FoldCount.PIERCED] == 0
+    assert cloth.energy() < 0.8 * start[1]
+    assert cloth.energy() - start[1] == pytest.approx(cloth.contact.sum(), rel=1e-12)
+    assert cloth.momentum()[2] - momentum[2] == pytest.approx(cloth.impulse[1] - cloth.impulse[0], rel=1e-11)
+
+
+def test_nothing_sticks() -> None:
+    """Layers that lie on each other and are drawn apart take no impulse."""
+    places = two_layers(8, 10, 0.5 * GAP)
+    velocities = np.zeros_like(places)
+    velocities[1:-1, 10:, 2] = 1.0
+    cloth = Cloth(places, velocities)
+    cloth.move(1e-5)
+    assert cloth.contact.sum() == 0.0
+    assert np.array_equal(cloth.velocities, velocities)
+
+
+# --- between ground and cover -----------------------------------------------------------------------------------------------
+
+
+def bellows(pleats: int, depth: int, height: float) -> Floats:
+    """Places of a meridian in pleats of so many cells' depth, (n1+1, 1, 3): x from 0.25 m outwards, z up to the height."""
+    inwards = np.abs((np.arange(2 * depth * pleats + 1) + depth) % (2 * depth) - depth)
+    places = np.zeros((inwards.size, 1, 3))
+    places[:, 0, 0] = 0.25 + 0.9 * EDGE * inwards
+    places[:, 0, 2] = np.linspace(0.0, height, inwards.size)
+    return places
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_bellows_pressed_flat(seed: int) -> None:
+    """A meridian in pleats between ground and cover, shaken at random: no segments ever cross, to a tenth of its height."""
+    random = np.random.default_rng(seed)
+    places = bellows(6, 4, 12 * EDGE)
+    walls = (0.0, 1, 1.0, 0, 1.0, inf, 0)
+    cloth = Cloth(places, np.zeros_like(places), walls, seed_mass=seed)
+    length, met = 2e-5, 0
+    while cloth.cover > 0.1 * 12 * EDGE:
+        shaken = cloth.velocities
+        shaken[1:-1, 0, ::2] += 0.5 * random.standard_normal((cloth.n1 - 1, 2))
+        shaken[1:-1, 0] *= 0.99
+        cloth.set(cloth.places, shaken)
+        cover = -min(5.0, cloth.cover / (20 * length))
+        _, after = cloth.move(length, cover)
+        assert meridian_crossings(after[:, 0, ::2]) == []
+        assert (after[1:-1, 0, 2] >= 0.0).all() and (after[1:-1, 0, 2] < cloth.cover).all()
+        assert (after[:, 0, 1] == 0.0).all()
+        met += int(cloth.folds.counts[FoldCount.PASSES] > 0)
+    assert met > 100
+    assert cloth.folds.counts[FoldCount.PIERCED] == 0
+    assert cloth.folds.penetration[0] < 0.01
+
+
+def test_bellows_without_contact_cross() -> None:
+    """What the test above would see if folds did not meet."""
+    random = np.random.default_rng(0)
+    places = bellows(6, 4, 12 * EDGE)
+    places[1:-1, 0, ::2] += 0.5 * EDGE * random.standard_normal((places.shape[0] - 2, 2))
+    assert meridian_crossings(places[:, 0, ::2])
+
+
+def test_layers_between_ground_and_cover() -> None:
+    """Four layers of the shell, folded twice, pressed down by the cover: no node passes."""
+    half, places = 8, np.zeros((5, 16, 3))
+    for layer in range(5):
+        places[layer, :half, 0] = np.arange(half) * EDGE
+        places[layer, half:, 0] = np.arange(half)[::-1] * EDGE
+        places[layer, half:, 1] = EDGE * 6
+        places[layer, :, 2] = 0.25 * EDGE * layer
+        places[layer, :, 1] += 0.4 * EDGE * (layer % 2)
+    cloth = Cloth(places, np.zeros_like(places), (0.0, 1, 1.0, 0, 1.0, inf, 0), seed_mass=3)
+    length = 1e-5
+    while cloth.cover > 0.02 * EDGE:
+        before, after = cloth.move(length, -min(10.0, cloth.cover / (20 * length)))
+        assert crossings(before, after) == []
+    assert cloth.folds.counts[FoldCount.PIERCED] == 0
+
+
+# --- the search -------------------------------------------------------------------------------------------------------------
+
+
+def crumpled(rows: int, columns: int, seed: int) -> Floats:
+    """Places of a tube of unloaded cells that is crumpled to half its size."""
+    random = np.random.default_rng(seed)
+    angle, radius = 2 * np.pi * np.arange(columns) / columns, columns * EDGE / (2 * np.pi)
+    places = np.zeros((rows + 1, columns, 3))
+    places[..., 0], places[..., 1] = radius * np.cos(angle), radius * np.sin(angle)
+    places[..., 2] = np.arange(rows + 1)[:, None] * EDGE
+    return np.asarray(0.5 * places + 0.4 * EDGE * random.standard_normal(places.shape))
+
+
+@pytest.mark.parametrize("seed", range(3))
+@pytest.mark.parametrize("reach", [0.1, 0.5])
+def test_search_finds_all_pairs(seed: int, reach: float) -> None:
+    """All that are near, and few that are not: boxes around faces are what is looked at."""
+    places = crumpled(10, 12, seed)
+    cloth = Cloth(places, np.zeros_like(places))
+    folds = build_folds(cloth.nodes.x.size, EDGE, 500)  # so many are near
+    folds = folds._replace(following=cloth.folds.following)
+    count = find_pairs(cloth.nodes, folds, cloth.sheet, reach * EDGE, EDGE)
+    found = set()
+    for pair in folds.pairs[:count]:
+        (i, j), (row, column) = (divmod(int(a), cloth.stride) for a in (pair >> 32, pair & (2**32 - 1)))
+        found.add((i * 12 + j - PAD, row * 12 + column - PAD))
+    near = near_pairs(places, reach * EDGE)
+    assert len(found) == count > 100
+    assert near <= found
+    assert len(found) < 12 * len(near)
+
+
+def test_search_is_linear_in_the_nodes() -> None:
+    """Distances computed per node, as the shell of equal cells grows."""
+    tests = []
+    for factor in (1, 2, 4):
+        places = crumpled(12 * factor, 24 * factor, 5)
+        cloth = Cloth(places, np.zeros_like(places))
+        find_pairs(cloth.nodes, cloth.folds, cloth.sheet, 0.25 * EDGE, EDGE)
+        tests.append(cloth.folds.counts[FoldCount.TESTS] / (places.shape[0] * places.shape[1]))
+    assert tests[2] < 1.2 * tests[0]
+    assert tests[0] > 1.0
+
+
+def test_flat_and_compressed_cloth_has_no_pairs() -> None:
+    for factor in (1.0, 0.7):
+        places = factor * crumpled(12, 24, 0)
+        angle = 2 * np.pi * np.arange(24) / 24
+        places[..., 0] = factor * 24 * EDGE / (2 * np.pi) * np.cos(angle)
+        places[..., 1] = factor * 24 * EDGE / (2 * np.pi) * np.sin(angle)
+        places[..., 2] = factor * np.arange(13)[:, None] * EDGE
+        cloth = Cloth(places, np.zeros_like(places))
+        assert find_pairs(cloth.nodes, cloth.folds, cloth.sheet, 0.5 * EDGE, EDGE) == 0
+
+
+# --- whole drops ------------------------------------------------------------------------------------------------------------
+
+CRUSH = ("grid={generatrix: 18, hoop: 30}",)
+
+
+def drop(*overrides: str, folds: bool = True) -> Drop:
+    parts = "[ground, cover, cargo, folds]" if folds else "[ground, cover, cargo]"
+    return Drop(softbrake.load_case(CONFIGS / "paper-contact.yaml", [f"contact={parts}", *overrides]))
+
+
+def places_of(falling: Drop) -> Floats:
+    nodes, model = falling.state.nodes, falling.model
+    return np.stack([grid_view(part, model) for part in (nodes.x, nodes.y, nodes.z)], axis=-1)
+
+
+def pierced(falling: Drop, every: int) -> tuple[int, Outcome]:
+    """Advance to the end; count the nodes that pass through a face in every so-manieth step."""
+    count, outcome = 0, Outcome.RUNNING
+    while outcome == Outcome.RUNNING:
+        _, outcome = falling.advance(most=every - 1)
+        if outcome != Outcome.RUNNING:  # the last step ends where cover and ground meet
+            break
+        before = places_of(falling)
+        _, outcome = falling.advance(most=1)
+        if outcome == Outcome.RUNNING:
+            count += len(crossings(before, places_of(falling)))
+    return count, outcome
+
+
+def test_folds_of_a_whole_drop() -> None:
+    """Against the slow twin, beside the same drop without contact of folds: undamped, it crumples, and passes are not for ever.
+
+    The ledger is closed, and contact only takes.
+    """
+    falling, without = drop(*CRUSH), drop(*CRUSH, folds=False)
+    count, outcome = pierced(falling, 80)
+    assert outcome == Outcome.IMPACT
+    assert count < 0.25 * pierced(without, 80)[0]
+    assert falling.state.folds.penetration[0] < 0.05
+    assert falling.state.folds.counts[FoldCount.PASSES] > 100
+    assert abs(falling.energy_error()) < 1e-11
+    assert falling.now(History.WORK_CONTACT) < 0.0
+
+
+def meridian_of(falling: Drop) -> Floats:
+    return np.stack((falling.state.nodes.x, falling.state.nodes.z), axis=-1)
+
+
+@pytest.mark.parametrize("overrides", [("belts.count=0",), (), ("fabric.viscosity=0.02", "cargo.diameter=0.3 m")])
+def test_no_meridian_crosses_itself_in_a_whole_drop(overrides: tuple[str, ...]) -> None:
+    """Each recorded step, by exact signs of areas; without contact of folds the belted one does."""
+    for folds in (True, False):
+        parts = "full" if folds else "[ground, cover, cargo, axis]"
+        case = softbrake.load_case(
+            CONFIGS / "paper-contact.yaml", ["model.fidelity=axisymmetric", f"contact={parts}", "grid.generatrix=72", *overrides]
+        )
+        falling, crossed, outcome = Drop(case), 0, Outcome.RUNNING
+        while outcome == Outcome.RUNNING:
+            _, outcome = falling.advance(most=10)
+            if outcome == Outcome.RUNNING:
+                crossed += len(meridian_crossings(meridian_of(falling)))
+        assert outcome == Outcome.IMPACT
+        assert abs(falling.energy_error()) < 1e-12
+        if folds:
+            assert crossed == 0
+            assert falling.state.folds.penetration[0] < 0.01
+            assert falling.now(History.WORK_CONTACT) < 0.0
+        elif not overrides:
+            assert crossed > 0
+
+
+def test_momentum_changes_by_gravity_and_ground_only() -> None:
+    falling = drop(*CRUSH)
+    model = falling.model
+
+    def momentum() -> float:
+        moving = model.mass @ grid_view(falling.state.nodes.w, model).sum(axis=1)
+        return float(moving + model.cargo_mass * grid_view(falling.state.nodes.w, model)[-1, 0])
+
+    before, rows, outcome = momentum(), [], Outcome.RUNNING
+    while outcome == Outcome.RUNNING and falling.now(History.HEIGHT) > 0.01:
+        new, outcome = falling.advance(most=200)
+        rows.append(new.copy())
+    assert falling.state.folds.counts[FoldCount.PASSES] > 100
+    history = np.concatenate(rows)
+    steps = history[:, History.TIME_STEP]
+    dt = 0.5 * (np.concatenate(([0.0], steps[:-1])) + steps)
+    weight = (model.n2 * model.mass.sum() + model.cargo_mass) * model.gravity
+    impulse = np.sum(dt * (history[:, History.GROUND_FORCE] - weight))
+    assert momentum() - before == pytest.approx(impulse, abs=1e-10 * abs(before))
+
+
+def test_free_flight_does_not_pay() -> None:
+    """Until cloth lies on the ground no search is due, and nothing changes in any digit."""
+    with_folds, without = drop(*CRUSH), drop(*CRUSH, folds=False)
+    for falling in (with_folds, without):
+        falling.advance(until=0.002)
+    assert with_folds.state.folds.counts[FoldCount.SEARCHES] == 0
+    assert np.array_equal(places_of(with_folds), places_of(without))
+
+
+def test_step_is_cut_for_fast_cloth() -> None:
+    """Two nodes at the largest speed near each other by a quarter of a cell."""
+    falling = drop(*CRUSH)
+    grid_view(falling.state.nodes.u, falling.model)[5, 3] = 800.0
+    falling.state.nodes.w[:] = 0.0
+    falling.state.stable_step[0] = 1e-5
+    step = fold_step(falling.model, falling.state, falling.sweep.by_column)
+    assert step == pytest.approx(0.25 * falling.model.fabric.h1 / (2 * 800.0))
+
+
+def test_too_many_pairs_end_the_run_with_a_clear_cause() -> None:
+    falling = drop(*CRUSH)
+    few = falling.state.folds
+    falling.state = falling.state._replace(folds=few._replace(pairs=few.pairs[:3].copy(), wake=few.wake[:3].copy()))
+    with pytest.raises(
+        softbrake.Diverged, match="folds not to be kept apart: more of them near one another than the arrays hold"
+    ):
+        falling.run(None, None)
+    assert falling.state.folds.travel[FoldTravel.MARGIN] > 0.0
