@@ -365,7 +365,8 @@ class Meridian(NamedTuple):
     free_w: Floats  # m/s
     kinetic: Floats  # J
     contact: Floats  # J, scratch
-    lift: Floats  # N s, of the ground on the node
+    lift: Floats  # N s, of the ground on the node in the push
+    impulse: Floats  # N s, of the ground on it where lobes were parted
     rate: Floats  # 1/s, fastest, for the choice of the step
     area: Rows  # m^2, area vectors of the nodes outwards; node i at PAD + i
     belt_rows: Ints  # rows that carry a belt

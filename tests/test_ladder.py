@@ -13,8 +13,6 @@ from softbrake.case import Case
 from softbrake.ladder import allowed, climb, level, reached, speed_of
 from softbrake.results import read_summary
 
-pytestmark = pytest.mark.kernels
-
 CONFIGS = Path(__file__).resolve().parents[1] / "configs"
 SOLID = "contact=[ground, cover, cargo]"
 

@@ -83,7 +83,9 @@ def part_nodes(nodes, work, by_column, ground, lower, upper, j, mass_lower, mass
     jolt(nodes, work, by_column, upper, j, mass_upper, length, up * cx, up * cy, up * cz)
     for node, mass in ((lower, mass_lower), (upper, mass_upper)):
         if nodes.z[node] < ground:
-            jolt(nodes, work, by_column, node, j, mass, length, 0.0, 0.0, (ground - nodes.z[node]) / length)
+            rise = (ground - nodes.z[node]) / length
+            by_column.impulse[j] += mass * rise
+            jolt(nodes, work, by_column, node, j, mass, length, 0.0, 0.0, rise)
     return 1
 
 

@@ -301,7 +301,8 @@ def book_forces(now, peaks, meridian, columns, dt, n1):
     for i in range(uint64(n1)):
         largest_1 = max(largest_1, meridian.tension_1[i])
         largest_2 = max(largest_2, meridian.tension_2[i])
-        lift += meridian.lift[i]
+        lift += meridian.lift[i] + meridian.impulse[i]
+        meridian.impulse[i] = 0.0
         area -= min(meridian.area.z[FIRST + i], 0.0) if meridian.lift[i] > 0.0 else 0.0
     for k in range(meridian.belt_rows.size):
         largest_belt = max(largest_belt, meridian.belt_tension[meridian.belt_rows[k]])
