@@ -35,8 +35,8 @@ def test_round_shell_is_answered_by_the_axisymmetric_one(tolerance: float) -> No
     assert summary.impact_velocity is not None and summary.impact_velocity_error is not None
     assert summary.impact_velocity_error <= tolerance * summary.impact_velocity
     assert abs(summary.impact_velocity - fine(case())) <= summary.impact_velocity_error
-    assert [rung.fidelity for rung in summary.ladder][-1] == "full"
-    assert "stays round" in summary.ladder[-1].verdict
+    assert [rung.fidelity for rung in summary.ladder][:3] == ["lumped", "full", "axisymmetric"]
+    assert "round: " in summary.ladder[1].verdict
     if tolerance == 0.05:
         assert found.case.grid.generatrix <= 72
 

@@ -1,0 +1,288 @@
+"""Are answers for a tolerance within it? The tables of docs/fidelity.md.
+
+python -m benchmarks.ladder [--short] [--json FILE]     eight minutes, short half a minute
+python -m benchmarks.ladder --references                computes benchmarks/ladder.json anew, half an hour
+
+Each scene is climbed for each tolerance, and the answer held against a reference on a grid at least twice as fine as any that a
+climb may take: the axisymmetric shell of 10 000 hoop cells where the full shell stays round, an ensemble of full shells where it
+does not. Two scenes run at a time, one a core.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import math
+import statistics
+from collections.abc import Iterable
+from concurrent.futures import ProcessPoolExecutor
+from dataclasses import asdict, dataclass, replace
+from pathlib import Path
+
+import softbrake
+from benchmarks.reproduction import CONFIGS, table
+from softbrake.case import Case
+from softbrake.drop import Drop
+from softbrake.ladder import OUT_OF_ROUND, ROUND, SEEDS, allowed, climb, level, reached, speed_of
+from softbrake.state import History, Outcome
+
+REFERENCES = Path(__file__).with_suffix(".json")
+TOLERANCES = (0.05, 0.02, 0.01, 0.005)
+BUDGET = 8.0  # s a climb
+FINE = 576  # cells along the generatrix of an axisymmetric reference
+FINE_FULL = 108  # of a full one
+WITNESS = 72  # of the full shell that says which of them it is to be
+ENSEMBLE = 8  # two of each seed
+CORES = 2
+SHORT = ("no belts", "belts 1 mm, damped", "belts 16.667 mm", "flat", "wrinkle", "the cargo stops")
+NONE = "belts.count=0"
+DAMPED = "pressure.damping=0.0005"
+SMALL = ("shell.diameter=0.3", "cargo.velocity=4", "fabric.E=8 kN/m", "fabric.viscosity=0.05", NONE)
+LARGE = (
+    "shell={diameter: 2, height: 1.5}",
+    "cargo={mass: 1500, velocity: 8}",
+    "pressure.value=9670",
+    "fabric.E=60 kN/m",
+    "fabric.areal_density=0.2",
+    "fabric.viscosity=2",
+)
+SCENES: dict[str, tuple[str, ...]] = {  # changes of configs/paper.yaml with contact of ground, cover and cargo
+    "no belts": (NONE,),
+    "no belts, damped": (NONE, DAMPED),
+    "belts 1 mm": ("belts.width=1 mm",),
+    "belts 1 mm, damped": ("belts.width=1 mm", DAMPED),
+    "belts 16.667 mm": (),
+    "belts 16.667 mm, damped": (DAMPED,),
+    "fifteen belts of 2 mm, damped": ("belts.count=15", "belts.width=2 mm", "belts.layers=2", "pressure.damping=0.001"),
+    "contact: paper": ("contact=paper",),
+    "contact: paper, belts 1 mm, damped": ("contact=paper", "belts.width=1 mm", DAMPED),
+    "contact: ground, no belts, damped": ("contact=ground", NONE, "pressure.damping=0.002"),
+    "contact: ground, belts 5 mm, damped": ("contact=ground", "belts.width=5 mm", "pressure.damping=0.002"),
+    "narrow cargo": ("cargo.diameter=0.2", NONE, DAMPED),
+    "friction": ("friction=0.3", "belts.width=1 mm"),
+    "wrinkle": ("fabric.slack=wrinkle", NONE),
+    "wrinkle, belts 16.667 mm": ("fabric.slack=wrinkle",),
+    "compression": ("fabric.slack=compression", NONE),
+    "shear 2 % of E": ("fabric.G12=400", NONE),
+    "viscosity 1 N s/m": ("fabric.viscosity=1", NONE),
+    "viscosity 0.02 N s/m, damped": ("fabric.viscosity=0.02", NONE, "pressure.damping=0.002"),
+    "nominal tension": ("fabric.law=nominal_tension", NONE),
+    "twice as stiff along the generatrix": ("fabric.E11=40 kN/m", NONE),
+    "stiff": ("fabric.E=100 kN/m", NONE),
+    "soft": ("fabric.E=15 kN/m", NONE, DAMPED),
+    "slow and light": ("cargo.mass=20", "cargo.velocity=3", "pressure.value=1000", "fabric.E=5 kN/m", NONE),
+    "small": (*SMALL, "shell.height=0.3", "cargo.mass=10", "pressure.value=3600"),
+    "small, tall, damped": (*SMALL, "shell.height=0.5", "cargo.mass=20", "pressure.value=4500", "pressure.damping=0.002"),
+    "large": (*LARGE, NONE),
+    "large, ten belts, damped": (*LARGE, "belts.count=10", "belts.width=10 mm", "belts.layers=2", "pressure.damping=0.001"),
+    "flat": (
+        "shell={diameter: 1, height: 0.4}",
+        "cargo={mass: 200, velocity: 5}",
+        "pressure.value=6500",
+        "fabric.E=30 kN/m",
+        "fabric.viscosity=0.5",
+        NONE,
+    ),
+    "fast": (
+        "shell={diameter: 1, height: 1}",
+        "cargo={mass: 300, velocity: 10}",
+        "pressure.value=14000",
+        "fabric.E=50 kN/m",
+        "fabric.areal_density=0.1",
+        "fabric.viscosity=1",
+        "belts.count=1",
+        "belts.width=5 mm",
+        "pressure.damping=0.001",
+    ),
+    "falling pressure": ("pressure={law: table, times: [0, 0.06, 0.2], values: [18e3, 14e3, 8e3]}", NONE),
+    "the cargo stops": ("pressure.value=30000", "cargo.velocity=4", NONE),
+}
+
+
+@dataclass(frozen=True)
+class Reference:
+    """What an answer is held against."""
+
+    changes: list[str]  # of the scene it was computed for
+    velocity: float  # m/s
+    doubt: float  # m/s, twice the standard error of an ensemble's mean; 0 for the axisymmetric shell
+    scatter: float  # m/s, twice the standard deviation of the ensemble
+    fidelity: str
+    generatrix: int
+
+
+@dataclass(frozen=True)
+class Run:
+    """One climb."""
+
+    scene: str
+    tolerance: float
+    claimed: bool  # that the answer is within the tolerance
+    velocity: float  # m/s
+    error_bar: float | None  # m/s, None for no bound
+    error: float  # m/s, against the reference
+    permitted: float  # m/s
+    fidelity: str
+    generatrix: int
+    hoop: int
+    seconds: float
+
+
+def scene(name: str) -> Case:
+    """Return a scene's case."""
+    return softbrake.load_case(CONFIGS / "paper.yaml", ["contact=[ground, cover, cargo]", *SCENES[name]])
+
+
+def out_of_round(case: Case, cells: int) -> float:
+    """Return how far a disturbed full shell gets out of round before the end, over its radius."""
+    radius = 0.5 * case.shell.diameter
+    falling = Drop(level(case, "full", cells, 2 * cells))
+    falling.disturb(SEEDS[0] * radius, 99)
+    largest, outcome = 0.0, Outcome.RUNNING
+    while outcome == Outcome.RUNNING:
+        largest = max(largest, falling.lopsided() / radius)
+        _, outcome = falling.advance(falling.now(History.TIME) + 1e-3)
+    falling.finish(outcome)
+    return largest
+
+
+def refer(name: str) -> Reference:
+    """Compute a scene's reference."""
+    case, changes = scene(name), list(SCENES[name])
+    if case.fabric.slack != "compression" and out_of_round(case, WITNESS) <= OUT_OF_ROUND:
+        value = speed_of(softbrake.run(level(case, "axisymmetric", FINE, ROUND)))
+        return Reference(changes, value, 0.0, 0.0, "axisymmetric", FINE)
+    values = []
+    for member in range(ENSEMBLE):
+        falling = Drop(level(case, "full", FINE_FULL, 2 * FINE_FULL))
+        falling.disturb(SEEDS[member % len(SEEDS)] * 0.5 * case.shell.diameter, 1000 + member)
+        values.append(speed_of(falling.run()))
+    scatter = 2.0 * statistics.stdev(values)
+    return Reference(changes, statistics.mean(values), scatter / math.sqrt(len(values)), scatter, "full", FINE_FULL)
+
+
+def known() -> dict[str, Reference]:
+    """Return the references kept; ValueError where one is of another scene."""
+    kept = {name: Reference(**text) for name, text in json.loads(REFERENCES.read_text(encoding="utf-8")).items()}
+    for name, changes in SCENES.items():
+        if name not in kept or kept[name].changes != list(changes):
+            raise ValueError(f"no reference of the scene '{name}': python -m benchmarks.ladder --references")
+    return kept
+
+
+def run(name: str, tolerance: float, budget: float, reference: Reference) -> Run:
+    """Climb a scene for a tolerance."""
+    case = scene(name)
+    found = climb(case, tolerance, budget)
+    summary, grid = found.summary, found.case.grid
+    finest = max((rung.generatrix for rung in summary.ladder if rung.fidelity == reference.fidelity), default=0)
+    if 2 * finest > reference.generatrix:
+        raise ValueError(f"'{name}': the reference of {reference.generatrix} cells is not far beyond {finest}")
+    value = speed_of(summary)
+    return Run(
+        scene=name,
+        tolerance=tolerance,
+        claimed=reached(replace(case, tolerance=tolerance), summary),
+        velocity=value,
+        error_bar=summary.impact_velocity_error,
+        error=abs(value - reference.velocity),
+        permitted=allowed(tolerance, reference.velocity, summary.free_fall_velocity),
+        fidelity=found.case.model.fidelity,
+        generatrix=grid.generatrix,
+        hoop=grid.hoop,
+        seconds=sum(rung.seconds for rung in summary.ladder),
+    )
+
+
+def share(part: int, whole: int) -> str:
+    """Return a part in percent."""
+    return f"{100 * part / whole:.0f} %" if whole else "–"
+
+
+def summarise(runs: list[Run]) -> None:
+    """Print a line a tolerance."""
+    lines = []
+    for tolerance in sorted({run.tolerance for run in runs}, reverse=True):
+        of = [run for run in runs if run.tolerance == tolerance]
+        claims = [run for run in of if run.claimed]
+        honest = sum(run.error <= run.permitted for run in claims)
+        bars = [run for run in of if run.error_bar is not None]
+        covered = sum(run.error <= (run.error_bar or 0.0) for run in bars)
+        typical = statistics.median(run.error / run.permitted for run in claims)
+        seconds = (statistics.median(run.seconds for run in some) for some in (of, claims) if some)
+        cells = [str(len(of)), str(len(claims)), f"{honest} ({share(honest, len(claims))})", f"{typical:.2g}"]
+        cells += [f"{covered} of {len(bars)}", str(len(of) - len(claims)), *(f"{median:.2f}" for median in seconds)]
+        lines.append([f"{100 * tolerance:g} %", *cells])
+    head = ["tolerance", "scenes", "claims", "within", "median error/allowed", "error bar holds", "say they cannot"]
+    table([*head, "median s", "of claims"], lines)
+
+
+def list_scenes(runs: list[Run], references: dict[str, Reference]) -> None:
+    """Print a line a scene: the reference, and for each tolerance error against it, error bar, level and grid."""
+    tolerances = sorted({run.tolerance for run in runs}, reverse=True)
+    lines = []
+    for name in {run.scene: None for run in runs}:
+        reference = references[name]
+        line = [name, f"{reference.velocity:.4f}" + (f" ± {reference.doubt:.2g}" if reference.doubt else "")]
+        for run in (run for run in runs if run.scene == name):
+            bar = "–" if run.error_bar is None else f"{run.error_bar:.2g}"
+            verdict = "" if not run.claimed else " ok" if run.error <= run.permitted else " WRONG"
+            line.append(f"{run.error:.2g} ± {bar}, {run.fidelity[:4]} {run.generatrix}, {run.seconds:.1f} s{verdict}")
+        lines.append(line)
+    table(["scene", "reference, m/s", *(f"{100 * tolerance:g} %: error, bar" for tolerance in tolerances)], lines)
+
+
+def costs(short: bool) -> dict[str, list[tuple[int, float]]]:
+    """Measure seconds of one run by cells along the generatrix, of both levels."""
+    found = {}
+    for fidelity, grids in (("axisymmetric", (36, 72, 144, 288)), ("full", (18, 36, 72))):
+        cases = [level(scene("no belts"), fidelity, n1, ROUND if fidelity == "axisymmetric" else 2 * n1) for n1 in grids]
+        most = 3 if short else len(grids)
+        softbrake.run(cases[0])  # compiles
+        found[fidelity] = [(n1, softbrake.run(case).kernel_seconds) for n1, case in zip(grids[:most], cases[:most], strict=True)]
+    return found
+
+
+def print_costs(found: dict[str, list[tuple[int, float]]]) -> None:
+    """Print seconds and the power of the grid by which they rise."""
+    lines = []
+    for fidelity, rows in found.items():
+        power = statistics.linear_regression([math.log(n1) for n1, _ in rows], [math.log(s) for _, s in rows]).slope
+        lines.append([fidelity, ", ".join(f"{n1}: {seconds:.3g}" for n1, seconds in rows), f"{power:.1f}"])
+    table(["no belts", "seconds by cells along the generatrix", "power"], lines)
+
+
+def climbed(task: tuple[str, float, float, Reference]) -> Run:
+    """Run one climb in a process of its own."""
+    return run(*task)
+
+
+def main(arguments: Iterable[str] | None = None) -> None:
+    """Print the tables."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--short", action="store_true", help="six scenes, two tolerances")
+    parser.add_argument("--json", type=Path, help="file for all runs")
+    parser.add_argument("--references", action="store_true", help="compute the references anew")
+    asked = parser.parse_args(arguments)
+    with ProcessPoolExecutor(CORES) as pool:
+        if asked.references:
+            kept = dict(zip(SCENES, pool.map(refer, SCENES), strict=True))
+            text = {name: asdict(reference) for name, reference in kept.items()}
+            REFERENCES.write_text(json.dumps(text, indent=2) + "\n", encoding="utf-8")
+            return
+        references = known()
+        names, tolerances = (SHORT, (0.05, 0.01)) if asked.short else (tuple(SCENES), TOLERANCES)
+        tasks = [(name, tolerance, BUDGET, references[name]) for name in names for tolerance in tolerances]
+        runs = list(pool.map(climbed, tasks))
+    found = costs(asked.short)
+    summarise(runs)
+    print()
+    print_costs(found)
+    print()
+    list_scenes(runs, references)
+    if asked.json is not None:
+        asked.json.write_text(json.dumps({"runs": [asdict(run) for run in runs], "costs": found}, indent=2), encoding="utf-8")
+
+
+if __name__ == "__main__":
+    main()

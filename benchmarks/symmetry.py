@@ -1,0 +1,118 @@
+"""How fast a full shell loses its symmetry, and what that does to the answer: tables and picture of docs/fidelity.md.
+
+python -m benchmarks.symmetry        writes docs/symmetry.png, a minute and a half
+"""
+
+from __future__ import annotations
+
+from itertools import product
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+from matplotlib.figure import Figure
+
+import softbrake
+from benchmarks.reproduction import CONFIGS, table
+from softbrake.case import Case
+from softbrake.drop import Drop
+from softbrake.ladder import level, speed_of
+from softbrake.state import Floats, History, Outcome
+
+PICTURE = Path(__file__).resolve().parents[1] / "docs" / "symmetry.png"
+CELLS = 36  # along the generatrix, and half of those around the hoop
+TINY = 1e-12  # of the radius
+SEWN = 1e-3
+INTERVAL = 5e-4  # s, between looks
+BELTS = {"no belts": "belts.count=0", "belts 1 mm": "belts.width=1 mm", "belts 16.667 mm": "belts.width=16.667 mm"}
+SLACK = {"cut": "tab:blue", "wrinkle": "tab:green", "compression": "tab:red"}
+SHEAR = {"0": 1.8, "2 % of E": 0.8}  # G12: width of its line
+DAMPING = {"0": "-", "0.0005": "--"}  # s/m: style of its line
+CONTACT = {"cover and cargo": "contact=[ground, cover, cargo]", "as in the paper": "contact=paper"}
+
+
+class Growth(NamedTuple):
+    """Course of a seed."""
+
+    times: Floats  # s
+    sizes: Floats  # of the radius, how far the shell is out of round
+    impact: str  # m/s
+
+    @property
+    def largest(self) -> float:
+        """Of the radius."""
+        return float(self.sizes.max())
+
+    @property
+    def rate(self) -> float | None:
+        """Growth rate (1/s), fitted between ten times the seed and a thousandth of the radius; None below a factor of 100."""
+        if self.largest < 100.0 * TINY:
+            return None
+        first = int(np.argmax(self.sizes > 10.0 * TINY))
+        above = self.sizes > SEWN
+        last = int(np.argmax(above)) if above.any() else int(np.argmax(self.sizes)) + 1
+        return float(np.polyfit(self.times[first:last], np.log(self.sizes[first:last]), 1)[0]) if last > first + 2 else None
+
+
+def scene(belts: str, slack: str, shear: str, damping: str, contact: str) -> Case:
+    """Return the paper's drop with these choices."""
+    choices = [BELTS[belts], f"fabric.slack={slack}", f"pressure.damping={damping}", CONTACT[contact]]
+    return softbrake.load_case(CONFIGS / "paper.yaml", [*choices, f"fabric.G12={'400' if shear != '0' else '0'}"])
+
+
+def grow(case: Case, seed: float) -> Growth:
+    """Drop a disturbed full shell and watch it get out of round until it is crushed; seed: of the radius."""
+    radius = 0.5 * case.shell.diameter
+    falling = Drop(level(case, "full", CELLS, 2 * CELLS))
+    falling.disturb(seed * radius, 1)
+    times, sizes, outcome = [], [], Outcome.RUNNING
+    while outcome == Outcome.RUNNING:
+        times.append(falling.now(History.TIME))
+        sizes.append(falling.lopsided() / radius)
+        due = times[-1] + INTERVAL
+        while outcome == Outcome.RUNNING and falling.now(History.TIME) < due:
+            _, outcome = falling.advance(due)
+    impact = "diverged" if outcome == Outcome.DIVERGED else f"{speed_of(falling.finish(outcome)):.3f}"
+    return Growth(np.array(times), np.array(sizes), impact)
+
+
+def axisymmetric(case: Case) -> float:
+    """Impact velocity (m/s) of the axisymmetric shell on the same grid."""
+    return speed_of(softbrake.run(level(case, "axisymmetric", CELLS, 2 * CELLS)))
+
+
+def draw(found: dict[tuple[str, ...], Growth]) -> None:
+    """Draw the growth of the tiny seed with contact of cover and cargo."""
+    figure = Figure(figsize=(11, 4.2), layout="constrained")
+    panels = figure.subplots(1, len(BELTS), sharey=True)
+    for panel, belts in zip(panels, BELTS, strict=True):
+        for slack, shear, damping in product(SLACK, SHEAR, DAMPING):
+            growth = found[belts, slack, shear, damping, "cover and cargo"]
+            label = f"{slack}{', damped gas' if damping != '0' else ''}" if shear == "0" else None
+            panel.semilogy(1e3 * growth.times, growth.sizes, DAMPING[damping], color=SLACK[slack], lw=SHEAR[shear], label=label)
+        panel.set_title(belts)
+        panel.set_xlabel("time, ms")
+        panel.grid(alpha=0.3)
+    panels[0].set_ylabel("out of round, parts of the radius")
+    panels[0].legend(fontsize=8, loc="upper left", title="thin: with shear, $G_{12}$ 2 % of E", title_fontsize=8)
+    figure.savefig(PICTURE, dpi=130)
+
+
+def main() -> None:
+    """Print the tables and draw the picture."""
+    choices = [(*rest, contact) for contact, *rest in product(CONTACT, BELTS, SLACK, SHEAR, DAMPING)]
+    choices = [choice for choice in choices if choice[-1] == "cover and cargo" or choice[2:4] == ("0", "0.0005")]
+    found = {choice: grow(scene(*choice), TINY) for choice in choices}
+    draw(found)
+    lines = []
+    for choice in choices:
+        growth, sewn, case = found[choice], grow(scene(*choice), SEWN), scene(*choice)
+        rate = "–" if growth.rate is None else f"{growth.rate:.0f}"
+        cells = [rate, f"{growth.largest:.1g}", f"{sewn.largest:.1g}"]
+        lines.append([*choice, *cells, f"{axisymmetric(case):.3f}", growth.impact, sewn.impact])
+    head = ["belts", "slack", "G12", "damping, s/m", "contact", "growth, 1/s", "1e-12 grows to", "1e-3 grows to"]
+    table([*head, "axisymmetric, m/s", "full, 1e-12", "full, 1e-3"], lines)
+
+
+if __name__ == "__main__":
+    main()
