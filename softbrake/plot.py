@@ -181,7 +181,8 @@ def _draw_profiles(panels: NDArray[Any], case: dict[str, Any], shots: Snapshots)
     """The cut through column 0 and the opposite one, at six instants."""
     n2 = case["grid"]["hoop"]
     rows = belt_rows([belt["height"] for belt in case["belts"]], case["shell"]["height"], case["grid"]["generatrix"])
-    radius, box = case["shell"]["diameter"] / 2, 0.6 * case["shell"]["diameter"]
+    radius, box = case["shell"]["diameter"] / 2, case["cargo"]["diameter"]
+    top = min(case["cargo"].get("height", np.inf), 0.48 * case["shell"]["diameter"])  # of the cargo, as far as there is room
     chosen = _instants(shots, panels.size)
     reach = 1.1 * max(radius * 1.6, float(np.abs(shots.xyz[chosen][..., [0, n2 // 2], :2]).max()))
     for panel, shot in zip(panels.flat, chosen, strict=False):
@@ -191,12 +192,16 @@ def _draw_profiles(panels: NDArray[Any], case: dict[str, Any], shots: Snapshots)
             panel.plot(r, z, color=BLUE, linewidth=1.3, label="shell" if side > 0 else None)
             panel.plot(r[rows], z[rows], "o", color=GREEN, markersize=3.5, label="belts" if side > 0 and rows else None)
         height = shots.height[shot]
-        panel.fill_between([-box / 2, box / 2], height, height + box * 0.8, facecolor=CARGO_COLOUR, edgecolor=INK, linewidth=0.8)
+        panel.fill_between([-box / 2, box / 2], height, height + top, facecolor=CARGO_COLOUR, edgecolor=INK, linewidth=0.8)
         panel.plot([-radius, radius], [height, height], color=INK, linewidth=2.0, solid_capstyle="butt")
         panel.axhspan(-0.08 * case["shell"]["height"], 0.0, color=GROUND_COLOUR, linewidth=0)
         panel.axhline(0.0, color=INK, linewidth=0.8)
         panel.set_title(f"{shots.times[shot] * 1e3:.1f} ms   {-shots.velocity[shot]:.2f} m/s", fontweight="normal")
-        panel.set(aspect="equal", xlim=(-reach, reach), ylim=(-0.08 * case["shell"]["height"], shots.height[0] + box * 0.95))
+        panel.set(
+            aspect="equal",
+            xlim=(-reach, reach),
+            ylim=(-0.08 * case["shell"]["height"], shots.height[0] + 0.57 * case["shell"]["diameter"]),
+        )
         panel.set_xticks(np.round([-radius, 0.0, radius], 6))
         panel.grid(False)
     panels[0, 0].legend(loc="upper right", borderpad=0.0, handlelength=1.0, borderaxespad=0.0)
