@@ -23,12 +23,13 @@ import softbrake
 from benchmarks.reproduction import CONFIGS, table
 from softbrake.case import Case
 from softbrake.drop import Drop
-from softbrake.ladder import COURANT, OUT_OF_ROUND, ROUND, SEEDS, allowed, climb, level, reached, speed_of
+from softbrake.ladder import COURANT, OUT_OF_ROUND, SEEDS, allowed, climb, level, reached, speed_of
 from softbrake.state import History, Outcome
 
 REFERENCES = Path(__file__).with_suffix(".json")
 TOLERANCES = (0.05, 0.02, 0.01, 0.005)
 BUDGET = 15.0  # s a climb
+ROUND = 10_000  # cells around the hoop
 FINE = 576  # cells along the generatrix of an axisymmetric reference
 FINE_FULL = 108  # of a full one
 WITNESS = 72  # of the full shell that says which of them it is to be
@@ -97,6 +98,43 @@ SCENES: dict[str, tuple[str, ...]] = {  # changes of configs/paper.yaml with con
     ),
     "falling pressure": ("pressure={law: table, times: [0, 0.06, 0.2], values: [18e3, 14e3, 8e3]}", NONE),
     "the cargo stops": ("pressure.value=30000", "cargo.velocity=4", NONE),
+    # The rules of the ladder were fixed before the following were tried.
+    "later: two unlike belts, light": (
+        "belts=[{height: 0.15, width: 8 mm, layers: 3}, {height: 0.4, width: 4 mm, layers: 6}]",
+        "cargo.mass=60",
+        "pressure.value=9500",
+        "pressure.damping=0.0003",
+    ),
+    "later: low and wide": (
+        "shell={diameter: 1.5, height: 0.8}",
+        "cargo={mass: 800, velocity: 7}",
+        "pressure.value=11000",
+        "fabric.E=60 kN/m",
+        "fabric.areal_density=0.1",
+        "fabric.viscosity=1",
+        "belts.count=2",
+        "belts.width=20 mm",
+        "belts.layers=3",
+    ),
+    "later: slender, wrinkle": (
+        "shell={diameter: 0.4, height: 0.8}",
+        "cargo={mass: 40, velocity: 5}",
+        "pressure.value=4800",
+        "fabric.E=12 kN/m",
+        "fabric.viscosity=0.1",
+        "fabric.slack=wrinkle",
+        "belts.count=1",
+    ),
+    "later: no Poisson effect, five belts": (
+        "fabric.E22=30 kN/m",
+        "fabric.nu12=0",
+        "fabric.nu21=0",
+        "belts.count=5",
+        "belts.width=3 mm",
+    ),
+    "later: belts 10 mm, viscous": ("belts.width=10 mm", "fabric.viscosity=0.5", "pressure.damping=0.001"),
+    "later: contact: ground, wrinkle": ("contact=ground", "fabric.slack=wrinkle", "belts.width=3 mm", "pressure.damping=0.001"),
+    "later: narrow low cargo": ("cargo.diameter=0.3", "cargo.height=0.2", NONE),
 }
 
 

@@ -21,7 +21,7 @@ from softbrake.keys import CONTACT_SETS, UNKNOWN_CONTACT
 from softbrake.state import History, Outcome
 from softbrake.summary import Rung, Summary
 
-ROUND = 10_000  # cells around the hoop of an axisymmetric shell: a circle, at no cost
+ROUND = 720  # cells around the hoop of an axisymmetric shell: no cost but in the result file; 1e-5 short of the circle's area
 COURANT = 0.9
 BUDGET = 60.0  # s
 COARSEST = 18  # cells along the generatrix
