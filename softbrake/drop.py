@@ -60,8 +60,11 @@ class Diverged(Exception):
     """
 
     def __init__(self, message: str, summary: Summary) -> None:
-        super().__init__(message)
+        super().__init__(message, summary)
         self.summary = summary
+
+    def __str__(self) -> str:
+        return str(self.args[0])
 
 
 def kernels_cached(case: Case) -> bool:

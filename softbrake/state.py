@@ -289,7 +289,7 @@ class Folds(NamedTuple):
 
 
 class Blows(NamedTuple):
-    """Where the impulses of folds are booked; few arrays, as each call counts its references."""
+    """Where the impulses of folds are booked."""
 
     contact: Floats  # J, work on the nodes, by column, or by node of a meridian
     kinetic: Floats  # J, energy of the nodes, likewise

@@ -1,6 +1,7 @@
 """A whole run with its result file: what it keeps, and how it ends when things go wrong."""
 
 import json
+import pickle
 from pathlib import Path
 
 import h5py
@@ -59,6 +60,9 @@ def test_fabric_too_soft_for_the_pressure_is_said_to_burst() -> None:
     with pytest.raises(softbrake.Diverged, match="the fabric bursts") as caught:
         softbrake.run(case("fabric.E=1 kN/m", "belts.count=0"))
     assert caught.value.summary.outcome == "diverged"
+    sent = pickle.loads(pickle.dumps(caught.value))  # as a worker process does
+    assert str(sent) == str(caught.value)
+    assert sent.summary == caught.value.summary
 
 
 def test_printed_scheme_fails_by_its_checkerboard(tmp_path: Path) -> None:

@@ -137,12 +137,7 @@ def stop_row(nodes, jump, area, pressure, mean, work, by_column, step, mass, nod
         mean.y[c] += half_v
         mean.z[c] += half_w
         work.contact[j] += mass * (u * mean.x[c] + v * mean.y[c] + w * mean.z[c])
-        nodes.x[a] += length * u
-        nodes.y[a] += length * v
-        nodes.z[a] += length * w
-        nodes.u[a] += u
-        nodes.v[a] += v
-        nodes.w[a] += w
+        shift(nodes, a, length, u, v, w)
     close_nodes(nodes, step.sector, node, columns)
     turn_row(mean.x, mean.y, step.sector, row, columns)
     close_row(mean.z, row, columns)

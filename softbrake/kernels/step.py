@@ -41,7 +41,6 @@ def sweep_rows(model, state, sweep, dt, length):
     """
     n1, n2 = model.n1, model.n2
     stride = uint64(model.stride)
-    # Numba counts references each time an array is taken out of a tuple: take all of them out before the loop.
     fabric, belts, mass, belt_width = model.fabric, model.belts, model.mass, model.belts.width
     nodes, work, now, peaks, folds = state.nodes, state.work, state.now, state.peaks, state.folds
     g, h, belt, cells, mean, on_nodes = sweep.generatrix, sweep.hoop, sweep.belt, sweep.cells, sweep.mean, sweep.pressure
@@ -221,9 +220,8 @@ def book_energies(now, work, by_column, sectors):
 def fold_step(model, state, by_column):
     """Return the longest step (s) for contact of folds, and look whether they may meet until the next choice of the step."""
     fabric, window = model.fabric, window_of(model.courant * state.stable_step[0])
-    radius = model.contact.cover_radius
     return watch_shell(
-        state.nodes, state.folds, by_column, model.n1, model.n2, model.stride, fabric.h1, fabric.h2, radius, window
+        state.nodes, state.folds, by_column, model.n1, model.n2, model.stride, fabric.h1, fabric.h2, model.radius, window
     )
 
 
