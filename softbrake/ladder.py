@@ -31,6 +31,7 @@ PROBE = 36  # cells along the generatrix of the full shell that is asked whether
 # round its shell is, and where symmetry is lost the answer hangs on when, so an ensemble takes one of each.
 SEEDS = (1e-3, 1e-4, 1e-5, 1e-6)
 DOUBTFUL = 10.0  # times a disturbance: a shell that is round but let it grow by more is asked on a finer grid
+FINER = 10.0  # times the seconds of a full shell, for one on twice as fine a grid
 OUT_OF_ROUND = 0.05  # of the radius: more, and the shell is not axisymmetric; its square, 0.25 %, is what the answer feels
 STEPPED = 1.5  # refinement of the full shell
 LEAST_SPEED = 0.05  # of the free-fall velocity: tolerances of smaller impact velocities are parts of this
@@ -259,9 +260,11 @@ class _Climber:
         cells = max(PROBE, self.coarsest)
         started = time.perf_counter()
         reason, grown = self.not_round(cells)
-        if reason is None and grown > DOUBTFUL * SEEDS[0] and 16.0 * (time.perf_counter() - started) < self.left():
-            reason, _ = self.not_round(2 * cells)
-        return reason
+        if reason is not None or grown <= DOUBTFUL * SEEDS[0]:
+            return reason
+        if FINER * (time.perf_counter() - started) > self.left():
+            return "whether the shell stays round takes a finer grid than the budget allows"
+        return self.not_round(2 * cells)[0]
 
     def not_round(self, cells: int) -> tuple[str | None, float]:
         """Say why the full shell on a grid is not round, None if it is; and how far it gets out of round, over the radius."""

@@ -65,6 +65,9 @@ def test_shell_that_is_round_on_a_coarse_grid_only_is_asked_on_a_finer_one() -> 
     """Two unlike belts, light cargo: 36 x 72 cells stay round, 72 x 144 do not."""
     belts = "belts=[{height: 0.15, width: 8 mm, layers: 3}, {height: 0.4, width: 4 mm, layers: 6}]"
     light = case("paper", belts, "cargo.mass=60", "pressure={law: constant, value: 9500, damping: 0.0003}")
+    in_doubt = climb(light, 0.2, budget=1.0).summary
+    assert in_doubt.ladder[1].verdict.startswith("round: ")
+    assert "takes a finer grid than the budget allows" in str(in_doubt.fidelity_reason)
     found = climb(light, 0.2, budget=120.0)
     coarse, finer = found.summary.ladder[1:3]
     assert (coarse.generatrix, finer.generatrix) == (36, 72)
