@@ -217,6 +217,45 @@ def plot(
     typer.echo(f"{picture} written")
 
 
+@app.command()
+def design(
+    case_file: CaseFile,
+    overrides: Overrides = None,
+    path: Annotated[str, typer.Option("--find", metavar="PATH", help="Quantity of the case to find.")] = "pressure.value",
+    target: Annotated[
+        str, typer.Option("--target", metavar="ANSWER=VALUE", help="As impact_velocity=1.5m/s; 0 is a full stop.")
+    ] = "impact_velocity=0",
+    between: Annotated[
+        str | None, typer.Option("--range", metavar="LOW:HIGH", help="To search; default: a quarter to four times the case's.")
+    ] = None,
+    budget: Annotated[
+        float, typer.Option("--budget", metavar="SECONDS", min=0.0, help="Most time to choose a level, where a tolerance is set.")
+    ] = 60.0,
+    json: Json = False,
+    quiet: Annotated[bool, typer.Option("--quiet", "-q", help="No progress.")] = False,
+) -> None:
+    """Find the pressure, or another value, that stops the cargo or meets another target."""
+    from softbrake import console
+    from softbrake.case import CaseError
+    from softbrake.design import NotReached, ask, find, piston
+
+    try:
+        question = ask(case_file, overrides or (), path, target, between, budget, None if quiet else console.print_rung)
+        stop = piston(question.case)
+        found = find(question, None if quiet else lambda point: console.print_point(question, point))
+    except (CaseError, ValueError) as error:
+        _fail(error)
+    except NotReached as error:
+        _fail(f"{path}: {error}", FAILED)
+    except KeyboardInterrupt:
+        _fail("interrupted", INTERRUPTED)
+    if json:
+        typer.echo(console.design_json(question, stop, found))
+    else:
+        console.print_design(question, stop, found)
+        typer.echo(f"next: softbrake run {case_file} --set {path}={found.value:.6g}")
+
+
 def _load(path: Path, overrides: list[str] | None) -> Case:
     from softbrake.case import CaseError, load_case
 

@@ -19,7 +19,11 @@ from rich.table import Table
 from softbrake.summary import Rung, Summary
 
 if TYPE_CHECKING:
+    from softbrake.case import FullStop
+    from softbrake.design import Design, Point, Question
     from softbrake.drop import Progress
+
+Piston = tuple["FullStop", list[tuple[float, Summary]]]
 
 STANDARD_GRAVITY = 9.80665  # m/s^2
 SECONDS_BETWEEN_LINES = 2.0
@@ -126,6 +130,10 @@ def _tensions(summary: Summary, scale: float | None) -> Table:
         if (peak := summary.peaks.get(name)) is not None:
             notes.append(f"at {peak.time:.5f} s" + ("" if peak.height is None else f", {peak.height:.3f} m up"))
         table.add_row(f"peak tension, {tension}", f"{value / 1e3:.3f}", "kN/m", _bar(summary, name, 1e-3) + ", ".join(notes))
+    for name, margin in (("fabric", summary.fabric_margin), ("belts", summary.belt_margin)):
+        if margin is not None:
+            word = "of strength over peak tension" if margin >= 0.0 else "the strength is EXCEEDED"
+            table.add_row(f"margin, {name}", f"{margin:+.1%}", "", word)
     return table
 
 
@@ -176,6 +184,68 @@ def _table() -> Table:
     table.add_column(width=6)
     table.add_column(overflow="fold")
     return table
+
+
+def print_point(question: Question, point: Point) -> None:
+    """One value of a search as soon as it is tried, on stderr."""
+    unit = f" {question.unit}".rstrip()
+    print(f"{question.path} {point.value:.6g}{unit}: {point.in_words(question.target)}", file=sys.stderr, flush=True)
+
+
+def design_json(question: Question, stop: Piston, found: Design) -> str:
+    """A search as one JSON object, SI units."""
+    energy, tried = stop
+    keys = ("outcome", "impact_velocity", "minimum_height", "peak_deceleration")
+    answers = {
+        "section_2_2": asdict(energy)
+        | {"piston": [{"peak_time": when} | {key: getattr(summary, key) for key in keys[:3]} for when, summary in tried]},
+        "find": question.path,
+        "unit": question.unit,
+        "target": asdict(question.target),
+        "value": found.value,
+        "error": found.error,
+        "error_reason": found.basis,
+        "bracket": found.bracket,
+        "other_crossings": found.others,
+        "fidelity_reason": question.level or None,
+        "points": [
+            {"value": point.value, "fault": point.fault or None}
+            | {key: getattr(point.summary, key, None) for key in (*keys, question.target.name)}
+            for point in found.points
+        ],
+        "summary": asdict(found.summary),
+    }
+    return json.dumps(_finite(answers), indent=2, ensure_ascii=False, allow_nan=False)
+
+
+def print_design(question: Question, stop: Piston, found: Design, console: Console | None = None) -> None:
+    """Print section 2.2, the value found by the model with its error, and the answer there, in at most 80 columns."""
+    from softbrake.design import answer
+
+    console = console or Console(highlight=False, markup=False, emoji=False)
+    energy, tried = stop
+    goal, unit = question.target, f" {question.unit}".rstrip()
+    table = _table()
+    table.add_row("energy of the cargo", f"{energy.energy:.1f}", "J", "m g l1 + m V²/2")
+    table.add_row("mean pressure", f"{energy.mean:.1f}", "Pa", "full stop over the shell's height")
+    table.add_row("largest, of a sine", f"{energy.largest:.1f}", "Pa", "pi/2 of the mean")
+    table.add_row("end of a sine", f"{energy.end_time:.5f}", "s", "")
+    for when, summary in tried:
+        table.add_row("  with its peak at", f"{when:.5f}", "s", answer(summary, goal))
+    console.print("By section 2.2, for a piston of the cover's area", style="bold")
+    console.print(table)
+    console.print()
+    console.print(f"By the model, for {goal}", style="bold")
+    table = _table()
+    width = "no error bar" if found.error is None else f"± {found.error:.2g}{unit}"
+    table.add_row(question.path, f"{found.value:.6g}", question.unit, f"{width}: {found.basis}")
+    console.print(table)
+    if found.others:
+        console.print(f"The answer crosses the target at {found.others + 1} values in the range; this is the lowest.")
+    if question.level:
+        console.print(f"level chosen at the case's own value: {question.level}")
+    console.print()
+    print_summary(found.summary, console=console)
 
 
 def print_unfinished(row: dict[str, float]) -> None:

@@ -272,6 +272,12 @@ class Drop:
             wall_seconds=wall_seconds,
             model=ModelUsed(case.model.fidelity, case.grid.generatrix, case.grid.hoop, case.time.courant, case.model.scheme),
             results=None if file is None else str(file.path),
+            fabric_margin=_margin(
+                case.fabric.strength, max(peaks["peak_tension_generatrix"].value, peaks["peak_tension_hoop"].value)
+            ),
+            belt_margin=_margin(
+                min((b.strength for b in case.belts if b.strength is not None), default=None), belt.value if belt else 0.0
+            ),
         )
 
     def _divergence(self) -> str:
@@ -298,3 +304,7 @@ class Drop:
             f"diverged at {self.now(History.TIME):.6g} s, step {int(self.state.steps[0])}: {excess}; "
             f"fastest node: row {row} of {model.n1}, column {column}, at {speed[row, column]:.4g} m/s; most likely {cause}"
         )
+
+
+def _margin(strength: float | None, tension: float) -> float | None:
+    return strength / tension - 1.0 if strength is not None and tension > 0.0 else None

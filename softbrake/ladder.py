@@ -76,8 +76,8 @@ def run(
             drop.run(found.case, results, progress, lambda summary: _with_errors(summary, found.summary))
             return replace(found.summary, results=str(results))
         return found.summary
-    companions = _companions(case) if with_error_bar else []
-    return drop.run(case, results, progress, (lambda summary: _with_error_bar(summary, companions)) if companions else None)
+    coarser = companions(case) if with_error_bar else []
+    return drop.run(case, results, progress, (lambda summary: _with_error_bar(summary, coarser)) if coarser else None)
 
 
 def reached(case: Case, summary: Summary) -> bool:
@@ -352,9 +352,9 @@ class _Climber:
         return Climb(found.case, summary)
 
 
-def _companions(case: Case) -> list[Summary]:
-    """Answers on grids 2.25 and 1.5 times as coarse both ways."""
-    companions = []
+def companions(case: Case) -> list[Summary]:
+    """Answers on grids 2.25 and 1.5 times as coarse both ways. ValueError where a grid is too coarse for that."""
+    coarser = []
     for ratio in (2.25, 1.5):
         n1, hoop = round(case.grid.generatrix / ratio), round(case.grid.hoop / ratio)
         sector = case.model.sector
@@ -364,13 +364,13 @@ def _companions(case: Case) -> list[Summary]:
         if n1 < 4 or hoop < 8:
             raise ValueError(f"a grid of {case.grid.generatrix} x {case.grid.hoop} cells is too coarse for an error bar")
         grid = replace(case.grid, generatrix=n1, hoop=hoop)
-        companions.append(_timed(replace(case, grid=grid, model=replace(case.model, sector=sector)))[0])
-    return companions
+        coarser.append(_timed(replace(case, grid=grid, model=replace(case.model, sector=sector)))[0])
+    return coarser
 
 
-def _with_error_bar(summary: Summary, companions: Sequence[Summary]) -> Summary:
+def _with_error_bar(summary: Summary, coarser: Sequence[Summary]) -> Summary:
     """The answer with the errors that its coarser companions show."""
-    runs = [*companions, summary]
+    runs = [*coarser, summary]
     velocity = _estimate(runs, "impact_velocity", 1.5)
     peaks = {name: _estimate(runs, name, 1.5).error for name in PEAKS if getattr(summary, name) is not None}
     if math.isfinite(velocity.error):

@@ -83,3 +83,5 @@ class Summary:
     peak_errors: dict[str, float | None] | None = None  # of the peaks, as far as estimated
     fidelity_reason: str | None = None  # what the error rests on, and why this level was chosen
     ladder: list[Rung] = field(default_factory=list)  # what was tried for a tolerance
+    fabric_margin: float | None = None  # fabric.strength over its largest tension, less 1; None where no strength is given
+    belt_margin: float | None = None  # likewise, of the weakest belt under the largest tension of any
