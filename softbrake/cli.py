@@ -73,12 +73,16 @@ def run(
     with_error_bar: Annotated[
         bool, typer.Option("--error-bar", help="Estimate the numerical error from two coarser companions.")
     ] = False,
+    with_sensitivity: Annotated[
+        bool, typer.Option("--sensitivity", help="What 1 % of each input of CASE does to the answer; four runs an input or more.")
+    ] = False,
     quiet: Annotated[bool, typer.Option("--quiet", "-q", help="No progress.")] = False,
 ) -> None:
     """Simulate the drop of a case file."""
     if no_results and output is not None:
         _fail("--output and --no-results exclude each other")
-    case = _load(case_file, [*(overrides or ()), *([f"tolerance={tolerance}"] if tolerance is not None else ())])
+    changes = [*(overrides or ()), *([f"tolerance={tolerance}"] if tolerance is not None else ())]
+    case = _load(case_file, changes)
     if with_error_bar and case.tolerance is not None:
         _fail("--error-bar: a run for a tolerance has one already")
     results = None if no_results else output or Path(f"{case_file.stem}.vtkhdf")
@@ -105,6 +109,16 @@ def run(
                 report=None if quiet else console.print_rung,
                 with_error_bar=with_error_bar,
             )
+        if with_sensitivity and summary.outcome != "interrupted":
+            from dataclasses import replace
+
+            from softbrake.results import replace_summary
+            from softbrake.sensitivity import sensitivities
+
+            with console.counted("sensitivity", quiet=quiet) as count:
+                summary = replace(summary, sensitivity=sensitivities(case_file, changes, summary, count))
+            if results is not None:
+                replace_summary(results, summary)
     except Diverged as error:
         if json:
             _show(error.summary, json, scale)
@@ -226,7 +240,7 @@ def design(
         str, typer.Option("--target", metavar="ANSWER=VALUE", help="As impact_velocity=1.5m/s; 0 is a full stop.")
     ] = "impact_velocity=0",
     between: Annotated[
-        str | None, typer.Option("--range", metavar="LOW:HIGH", help="To search; default: a quarter to four times the case's.")
+        str | None, typer.Option("--range", metavar="LOW:HIGH", help="To search; default: a third to three times the case's.")
     ] = None,
     budget: Annotated[
         float, typer.Option("--budget", metavar="SECONDS", min=0.0, help="Most time to choose a level, where a tolerance is set.")

@@ -16,7 +16,7 @@ from rich.progress import BarColumn, TextColumn
 from rich.progress import Progress as Bar
 from rich.table import Table
 
-from softbrake.summary import Rung, Summary
+from softbrake.summary import Rung, Sensitivities, Summary
 
 if TYPE_CHECKING:
     from softbrake.case import FullStop
@@ -72,6 +72,11 @@ def print_summary(summary: Summary, tension_scale: float | None = None, console:
     console.print()
     if summary.ladder:
         console.print(_ladder(summary))
+        console.print()
+    if summary.sensitivity is not None:
+        console.print(_sensitivity(summary.sensitivity))
+        for path, fault in summary.sensitivity.left_out.items():
+            console.print(f"{path} is not varied alone: {fault}")
         console.print()
     model = summary.model
     for line in (
@@ -164,6 +169,23 @@ def print_rung(rung: Rung) -> None:
     """One level of a climb as soon as it is done, on stderr."""
     level, grid, value, error, seconds, verdict = _rung(rung)
     print(f"{level} {grid}: {value} m/s, error {error}, {seconds} s: {verdict}", file=sys.stderr, flush=True)
+
+
+def _sensitivity(found: Sensitivities) -> Table:
+    """Change in % of the answers per 1 % of each input."""
+    table = Table(box=None, padding=(0, 1, 0, 0), show_edge=False, header_style="")
+    table.add_column("% per 1 % of", overflow="fold")
+    columns = {"impact_velocity": "impact", "peak_deceleration": "peak g"}
+    columns |= {f"peak_tension_{tension}": f"T {tension}" for tension in TENSIONS}
+    columns = {name: head for name, head in columns.items() if name in found.errors}
+    for head in columns.values():
+        table.add_column(head, justify="right")
+    for row in found.inputs:
+        table.add_row(row.path, *("–" if row.changes[name] is None else f"{row.changes[name]:+.2f}" for name in columns))
+    table.add_row("standard error", *(f"{found.errors[name]:.2g}" for name in columns))
+    table.add_row("noise of one run, %", *(f"{100 * found.noise[name]:.2g}" for name in columns))
+    table.add_row("steps up to, %", *(f"{100 * found.steps[name]:g}" for name in columns))
+    return table
 
 
 def _work(summary: Summary) -> Table:
@@ -281,6 +303,20 @@ def progress(height: float, *, quiet: bool) -> Iterator[Callable[[Progress], Non
             yield move
     else:
         yield _plain_lines()
+
+
+@contextmanager
+def counted(what: str, *, quiet: bool) -> Iterator[Callable[[int, int], None] | None]:
+    """Give the callback for a number of runs, of a number planned: a plain line every few seconds on stderr; None if `quiet`."""
+    last = time.monotonic()
+
+    def write(done: int, planned: int) -> None:
+        nonlocal last
+        if time.monotonic() - last >= SECONDS_BETWEEN_LINES:
+            last = time.monotonic()
+            print(f"{what}: run {done} of {planned}", file=sys.stderr, flush=True)
+
+    yield None if quiet else write
 
 
 def _plain_lines() -> Callable[[Progress], None]:

@@ -29,10 +29,10 @@ TARGETS = {
     "peak_tension_belt": Dimension.TENSION,
 }
 EXAMPLES = {"impact_velocity": "1.5m/s", "peak_deceleration": "78.5m/s^2"} | dict.fromkeys([*TARGETS][2:], "30kN/m")
-REACH = 4.0  # of the range on both sides of the value of the case
-POINTS = 13  # of the look at the range before the search
-WIDTH = 1e-4  # of the value, at which the search ends: below any error of the grid
-NUDGE = 0.01  # of the value, for its slope
+REACH = 3.0  # of the range on both sides of the value of the case
+POINTS = 9  # of the look at the range before the search
+WIDTH = 5e-4  # of the value, at which the search ends: below any error of the grid
+NUDGE = 0.03  # of the value, for its slope: above the scatter of crumpling cloth
 JUMP = 0.02  # of the range of scores: a change by more within the last bracket is no crossing
 PEAKS = (0.25, 0.5, 0.75, 1.0)  # of t_k, places of P_max tried with a piston
 
@@ -120,7 +120,7 @@ def ask(
     budget: float = BUDGET,
     report: Callable[[Rung], None] | None = None,
 ) -> Question:
-    """Read the question: `between` is LOW:HIGH, by default a quarter to four times the value of the case.
+    """Read the question: `between` is LOW:HIGH, by default a third to three times the value of the case.
 
     That of `pressure.value` is the mean pressure of section 2.2, for a sine its largest one. A case with a tolerance is climbed
     once (`budget` s, `report`) for the level and the grid to search on. Raises CaseError, and ValueError for the other texts.

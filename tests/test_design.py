@@ -76,7 +76,7 @@ def test_piston_lands_as_asked(speed: float) -> None:
     assert found.value - exact_pressure(speed) * AREA / (pi * 0.25**2) < found.error < 2e-3 * found.value
     assert (found.summary.impact_velocity or 0.0) <= speed
     assert found.others == 0
-    assert len(found.points) < 25
+    assert len(found.points) < 20
 
 
 def test_score_is_smooth_where_impact_turns_into_stop() -> None:
@@ -123,7 +123,7 @@ def test_tolerance_chooses_the_level_once() -> None:
 
 def test_paper_s_case_meets_its_target() -> None:
     found = find(ask(CONFIGS / "paper.yaml", [AXISYMMETRIC], target="impact_velocity=2 m/s"))
-    assert found.summary.impact_velocity == pytest.approx(2.0, rel=1e-3)
+    assert found.summary.impact_velocity == pytest.approx(2.0, rel=3e-3)
     assert found.summary.impact_velocity <= 2.0
 
 
@@ -149,7 +149,7 @@ def test_bracket_closes_in(function, root: float) -> None:
     ends = _close_in(attempt, attempt(1.0), attempt(2.0))
     low, high = sorted(point.value for point in ends)
     assert low <= root <= high and high - low <= WIDTH * high
-    assert len(tried) < 25
+    assert len(tried) < 20
 
 
 def test_smooth_functions_take_few_steps() -> None:
@@ -174,10 +174,10 @@ def test_refusal_names_what_was_found_at_both_ends() -> None:
         find(ask(NO_BELTS, [LUMPED], between="1 kPa:5 kPa"))
     assert "impact_velocity = 0 m/s" in str(caught.value)
     with pytest.raises(
-        NotReached, match=r"diverged at .* \d+ of 13 without an answer"
+        NotReached, match=r"diverged at .* \d+ of 9 without an answer"
     ):  # the fabric bursts before it stops the cargo
         find(ask(NO_BELTS, [AXISYMMETRIC, "fabric.E=3 kN/m", "cargo.mass=200 kg"]))
-    with pytest.raises(NotReached, match=r"none of 13 has an answer"):
+    with pytest.raises(NotReached, match=r"none of 9 has an answer"):
         find(ask(NO_BELTS, [AXISYMMETRIC, "fabric.E=3 kN/m"], between="40 kPa:80 kPa"))
     with pytest.raises(NotReached, match="neither impact nor stop"):
         find(ask(NO_BELTS, [LUMPED, "time.end=1 ms"]))
@@ -249,10 +249,10 @@ def test_command_prints_what_it_found(softbrake: Command, tmp_path: Path) -> Non
     answer = json.loads(told.stdout)
     assert told.stderr == ""
     assert answer["value"] == pytest.approx(exact_pressure(2.0), rel=WIDTH)
-    assert answer["summary"]["impact_velocity"] == pytest.approx(2.0, rel=1e-3)
+    assert answer["summary"]["impact_velocity"] == pytest.approx(2.0, rel=3e-3)
     assert answer["section_2_2"]["mean"] == pytest.approx(20273.36, rel=1e-6)
     values = [point["value"] for point in answer["points"]]
-    assert values == sorted(values) and values[-1] / values[0] == pytest.approx(16.0)
+    assert values == sorted(values) and values[-1] / values[0] == pytest.approx(9.0)
     assert any(isclose(value, answer["value"] * (1 + NUDGE)) for value in values)
     assert list(tmp_path.iterdir()) == []
 
