@@ -270,6 +270,27 @@ def design(
         typer.echo(f"next: softbrake run {case_file} --set {path}={found.value:.6g}")
 
 
+@app.command()
+def report(
+    result: ResultPath,
+    output: Annotated[
+        Path | None, typer.Option("--output", "-o", metavar="PAGE", help="HTML file; default: RESULT with .html.")
+    ] = None,
+) -> None:
+    """Write a page on a result: answers, curves, shapes and case, in one HTML file."""
+    from softbrake.report import write_report
+    from softbrake.results import ResultError
+
+    page = output or result.with_suffix(".html")
+    try:
+        write_report(result, page)
+    except ResultError as error:
+        _fail(error)
+    except OSError as error:
+        _fail(f"{page}: cannot be written: {error.strerror or error}")
+    typer.echo(f"{page} written")
+
+
 def _load(path: Path, overrides: list[str] | None) -> Case:
     from softbrake.case import CaseError, load_case
 
