@@ -91,7 +91,6 @@ def run(
 
     from softbrake import console
     from softbrake.drop import Diverged, kernels_cached
-    from softbrake.ladder import reached
     from softbrake.ladder import run as simulate
     from softbrake.results import ResultError, tension_scale
 
@@ -132,8 +131,7 @@ def run(
     _show(summary, json, scale)
     if summary.outcome == "interrupted":
         raise typer.Exit(INTERRUPTED)
-    if not reached(case, summary):
-        _fail(f"the tolerance of {case.tolerance:.3g} was not reached: {summary.fidelity_reason}", FAILED)
+    _check_reached(case, summary)
 
 
 @app.command()
@@ -268,6 +266,7 @@ def design(
     else:
         console.print_design(question, stop, found)
         typer.echo(f"next: softbrake run {case_file} --set {path}={found.value:.6g}")
+    _check_reached(question.case, found.summary)
 
 
 @app.command()
@@ -319,6 +318,14 @@ def _check_writable(results: Path, case_file: Path) -> None:
 def _check_scale(tension_scale: float | None) -> None:
     if tension_scale == 0.0:
         _fail("--dimensionless: the case has no pressure, and so no scale for tensions")
+
+
+def _check_reached(case: Case, summary: Summary) -> None:
+    """Exit code 1 where a tolerance was asked for and not reached."""
+    from softbrake.ladder import reached
+
+    if not reached(case, summary):
+        _fail(f"the tolerance of {case.tolerance:.3g} was not reached: {summary.fidelity_reason}", FAILED)
 
 
 def _show(summary: Summary, json: bool, tension_scale: float | None) -> None:

@@ -229,7 +229,6 @@ def design_json(question: Question, stop: Piston, found: Design) -> str:
         "error_reason": found.basis,
         "bracket": found.bracket,
         "other_crossings": found.others,
-        "fidelity_reason": question.level or None,
         "points": [
             {"value": point.value, "fault": point.fault or None}
             | {key: getattr(point.summary, key, None) for key in (*keys, question.target.name)}
@@ -264,8 +263,6 @@ def print_design(question: Question, stop: Piston, found: Design, console: Conso
     console.print(table)
     if found.others:
         console.print(f"The answer crosses the target at {found.others + 1} values in the range; this is the lowest.")
-    if question.level:
-        console.print(f"level chosen at the case's own value: {question.level}")
     console.print()
     print_summary(found.summary, console=console)
 

@@ -13,11 +13,12 @@ from difflib import get_close_matches
 from itertools import pairwise
 from pathlib import Path
 
+from softbrake.batch import run_batch
 from softbrake.case import Case, FullStop, full_stop, load_case, quantities
 from softbrake.convergence import CAUTION, estimate
 from softbrake.drop import Diverged, run
 from softbrake.keys import key_at
-from softbrake.ladder import BUDGET, climb, companions, level
+from softbrake.ladder import BUDGET, Climb, climb, companions, level
 from softbrake.summary import Rung, Summary
 from softbrake.units import Dimension, parse_quantity
 
@@ -92,7 +93,7 @@ class Design:
     bracket: tuple[float, float]
     error: float | None  # of the value: numerical error of the score over its slope, and the bracket; None without one
     basis: str  # what the error rests on
-    summary: Summary  # at the value
+    summary: Summary  # at the value; that of the climb there, where the case asks for a tolerance
     points: list[Point]  # all that was tried, in the order of the values
     others: int  # how often else the answer crosses the target in the range
 
@@ -108,7 +109,7 @@ class Question:
     target: Target
     low: float
     high: float
-    level: str  # why this level and grid, where the case asks for a tolerance; else empty
+    check: Callable[[float], Climb] | None  # climbs the case with a value, where it asks for a tolerance
 
 
 def ask(
@@ -123,7 +124,8 @@ def ask(
     """Read the question: `between` is LOW:HIGH, by default a third to three times the value of the case.
 
     That of `pressure.value` is the mean pressure of section 2.2, for a sine its largest one. A case with a tolerance is climbed
-    once (`budget` s, `report`) for the level and the grid to search on. Raises CaseError, and ValueError for the other texts.
+    (`budget` s, `report`) for the level and the grid to search on, and once more at the value found, which may be another scene.
+    Raises CaseError, and ValueError for the other texts.
     """
     goal, given = _target(target), quantities(file, overrides)
     case = load_case(file, overrides)
@@ -140,19 +142,23 @@ def ask(
         low, high = sorted((value / REACH, value * REACH))
     else:
         raise ValueError(f"--find {path}: the case gives no value to start from; --range LOW:HIGH is wanted")
-    chosen, reason = case, ""
-    if case.tolerance is not None:
-        found = climb(case, case.tolerance, budget, report)
-        chosen, reason = found.case, found.summary.fidelity_reason or ""
+
+    def varied(value: float) -> Case:
+        return load_case(file, [*overrides, f"{path}={value!r}"])
+
+    varied(low), varied(high)  # the ends of the range are checked before the first run
+    tolerance = case.tolerance
+    if tolerance is None:
+        return Question(case, varied, path, key.kind.unit, goal, low, high, None)
+    chosen = climb(case, tolerance, budget, report).case
 
     def load(value: float) -> Case:
-        varied = load_case(file, [*overrides, f"{path}={value!r}"])
-        if case.tolerance is None:
-            return varied
-        return level(varied, chosen.model.fidelity, chosen.grid.generatrix, chosen.grid.hoop, chosen.time.courant)
+        return level(varied(value), chosen.model.fidelity, chosen.grid.generatrix, chosen.grid.hoop, chosen.time.courant)
 
-    load(low), load(high)  # the ends of the range are checked before the first run
-    return Question(case, load, path, key.kind.unit, goal, low, high, reason)
+    def check(value: float) -> Climb:
+        return climb(varied(value), tolerance, budget, report)
+
+    return Question(case, load, path, key.kind.unit, goal, low, high, check)
 
 
 def _target(text: str) -> Target:
@@ -236,7 +242,8 @@ def find(question: Question, report: Callable[[Point], None] | None = None) -> D
     bracket = (min(first.value, second.value), max(first.value, second.value))
     error = None if numerical is None else numerical / abs(slope) + bracket[1] - bracket[0]
     points.sort(key=lambda point: point.value)
-    return Design(best.value, bracket, error, basis, best.summary, points, len(crossings) - 1)
+    summary = best.summary if question.check is None else question.check(best.value).summary
+    return Design(best.value, bracket, error, basis, summary, points, len(crossings) - 1)
 
 
 def answer(summary: Summary, target: Target) -> str:
@@ -248,20 +255,16 @@ def answer(summary: Summary, target: Target) -> str:
 
 
 def _tried(load: Callable[[float], Case], target: Target, values: Sequence[float]) -> list[Point]:
+    cases = [load(value) for value in values]
     tried = []
-    for value in values:
-        case = load(value)
-        try:
-            summary = run(case)
-        except Diverged as diverged:
-            tried.append(Point(value, None, None, str(diverged)))
+    for value, case, (summary, fault, _) in zip(values, cases, run_batch(cases), strict=True):
+        if fault is not None or summary is None:
+            tried.append(Point(value, None, None, fault or ""))
             continue
-        if summary.outcome == "interrupted":
-            raise KeyboardInterrupt
         try:
             tried.append(Point(value, summary, target.score(case, summary)))
-        except ValueError as fault:
-            tried.append(Point(value, summary, None, str(fault)))
+        except ValueError as none:
+            tried.append(Point(value, summary, None, str(none)))
     return tried
 
 

@@ -6,8 +6,8 @@ import math
 from collections.abc import Callable, Sequence
 from pathlib import Path
 
+from softbrake.batch import Dropped, run_batch
 from softbrake.case import Case, CaseError, load_case, quantities
-from softbrake.drop import Diverged, run
 from softbrake.ladder import PEAKS, level
 from softbrake.summary import Sensitivities, Sensitivity, Summary
 
@@ -34,54 +34,56 @@ def sensitivities(
     A case with a tolerance is run at the level and grid of `base`. report: told runs done and runs planned.
     """
     inputs: Inputs = quantities(file, overrides)
-    halves: dict[str, list[Half]] = {}
     left_out: dict[str, str] = {}
-    done = 0
-
-    def answers(path: str, factor: float) -> Half:
-        nonlocal done
-        done += 1
-        if report is not None:
-            report(done, 2 * len(inputs) * max(2, len(steps)))
+    for path in inputs:
         try:
-            summary = run(_varied(file, overrides, base, path, inputs[path], factor))
-        except Diverged:
-            return {}
-        if summary.outcome == "interrupted":
-            raise KeyboardInterrupt
-        found = {name: getattr(summary, name) for name in ANSWERS}
-        return {name: value for name, value in found.items() if value is not None}
-
-    steps: list[float] = []
-    for step in STEPS:
-        steps.append(step)
-        for path in inputs:
-            if path in left_out:
-                continue
-            try:
-                above, below = answers(path, 1 + step), answers(path, 1 - step)
-            except CaseError as fault:  # a ratio beyond its limit, or inputs that must fit each other
-                left_out[path] = fault.faults[0].partition(": ")[2]
-                continue
+            for step in STEPS:
+                _pair(file, overrides, base, path, inputs[path], step)
+        except CaseError as fault:  # a ratio beyond its limit, or inputs that must fit each other
+            left_out[path] = fault.faults[0].partition(": ")[2]
+    varied = [path for path in inputs if path not in left_out]
+    halves: dict[str, list[Half]] = {path: [] for path in varied}
+    found, done = Sensitivities([], {}, {}, {}, left_out), 0
+    for count, step in enumerate(STEPS, 1):
+        cases = [case for path in varied for case in _pair(file, overrides, base, path, inputs[path], step)]
+        answers = []
+        for answer in run_batch(cases):
+            answers.append(_answers(answer))
+            done += 1
+            if report is not None:
+                report(done, len(cases) * max(2, count))
+        for path, above, below in zip(varied, answers[::2], answers[1::2], strict=True):
             both = above.keys() & below.keys()
-            halves.setdefault(path, []).append(
-                {name: 0.5 * (above[name] - below[name]) / scale for name in both if (scale := getattr(base, name))}
-            )
-        if len(steps) > 1:
-            found = _fit(steps, inputs, halves, left_out)
+            half = {name: 0.5 * (above[name] - below[name]) / scale for name in both if (scale := getattr(base, name))}
+            halves[path].append(half)
+        if count > 1:
+            found = _fit(STEPS[:count], inputs, halves, left_out)
             if all(error <= ENOUGH for error in found.errors.values()):
                 break
     return found
 
 
-def _varied(
-    file: str | Path, overrides: Sequence[str], base: Summary, path: str, value: float | tuple[float, ...], factor: float
-) -> Case:
-    text = repr(value * factor) if isinstance(value, float) else repr([one * factor for one in value])
-    case, model = load_case(file, [*overrides, f"{path}={text}"]), base.model
-    if case.tolerance is None:
-        return case
-    return level(case, model.fidelity, model.generatrix, model.hoop, model.courant)  # type: ignore[arg-type]
+def _answers(dropped: Dropped) -> Half:
+    """Answers of a run as far as there are; none of one that diverged."""
+    if dropped.fault is not None:
+        return {}
+    found = {name: getattr(dropped.summary, name) for name in ANSWERS}
+    return {name: value for name, value in found.items() if value is not None}
+
+
+def _pair(
+    file: str | Path, overrides: Sequence[str], base: Summary, path: str, value: float | tuple[float, ...], step: float
+) -> tuple[Case, Case]:
+    """The case with one input larger and smaller by a relative step."""
+
+    def varied(factor: float) -> Case:
+        text = repr(value * factor) if isinstance(value, float) else repr([one * factor for one in value])
+        case, model = load_case(file, [*overrides, f"{path}={text}"]), base.model
+        if case.tolerance is None:
+            return case
+        return level(case, model.fidelity, model.generatrix, model.hoop, model.courant)  # type: ignore[arg-type]
+
+    return varied(1.0 + step), varied(1.0 - step)
 
 
 def _fit(steps: Sequence[float], inputs: Inputs, halves: dict[str, list[Half]], left_out: dict[str, str]) -> Sensitivities:

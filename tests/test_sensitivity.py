@@ -1,6 +1,7 @@
 """Sensitivities: exact for a piston, as wide as the noise asks, and the same in table, JSON and file."""
 
 import json
+from collections.abc import Iterable, Iterator
 from dataclasses import asdict, replace
 from math import pi, sin
 from pathlib import Path
@@ -11,10 +12,10 @@ import synthetic_drop
 from conftest import Command
 
 import softbrake
+from softbrake.batch import Dropped
 from softbrake.case import Case, load_case
 from softbrake.results import read_summary
 from softbrake.sensitivity import ENOUGH, STEPS, sensitivities
-from softbrake.summary import Summary
 
 CONFIGS = Path(__file__).resolve().parents[1] / "configs"
 NO_BELTS = CONFIGS / "no-belts.yaml"
@@ -50,11 +51,12 @@ def test_steps_widen_until_they_stand_above_the_noise(monkeypatch: pytest.Monkey
     """An answer of known power in one input, with noise of a known size."""
     random = np.random.default_rng(1)
 
-    def noisy(case: Case) -> Summary:
-        value = 3.0 * (case.cargo.mass / 100.0) ** 0.8 * (1 + scatter * random.normal())
-        return replace(synthetic_drop.summary(), impact_velocity=value, peak_deceleration=20.0)
+    def noisy(cases: Iterable[Case]) -> Iterator[Dropped]:
+        for case in cases:
+            value = 3.0 * (case.cargo.mass / 100.0) ** 0.8 * (1 + scatter * random.normal())
+            yield Dropped(replace(synthetic_drop.summary(), impact_velocity=value, peak_deceleration=20.0), None, None)
 
-    monkeypatch.setattr("softbrake.sensitivity.run", noisy)
+    monkeypatch.setattr("softbrake.sensitivity.run_batch", noisy)
     base = replace(synthetic_drop.summary(), impact_velocity=3.0, peak_deceleration=20.0)
     found = sensitivities(NO_BELTS, [], base)
     noise, error = found.noise["impact_velocity"], found.errors["impact_velocity"]
