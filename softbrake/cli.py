@@ -247,6 +247,8 @@ def design(
     quiet: Annotated[bool, typer.Option("--quiet", "-q", help="No progress.")] = False,
 ) -> None:
     """Find the pressure, or another value, that stops the cargo or meets another target."""
+    import shlex
+
     from softbrake import console
     from softbrake.case import CaseError
     from softbrake.design import NotReached, ask, find, piston
@@ -265,7 +267,8 @@ def design(
         typer.echo(console.design_json(question, stop, found))
     else:
         console.print_design(question, stop, found)
-        typer.echo(f"next: softbrake run {case_file} --set {path}={found.value:.6g}")
+        options = [word for change in [*(overrides or ()), f"{path}={found.value:.6g}"] for word in ("--set", change)]
+        typer.echo(f"next: {shlex.join(['softbrake', 'run', str(case_file), *options])}")
     _check_reached(question.case, found.summary)
 
 

@@ -12,7 +12,7 @@ from softbrake.ladder import PEAKS, level
 from softbrake.summary import Sensitivities, Sensitivity, Summary
 
 ANSWERS = ("impact_velocity", *PEAKS)
-STEPS = (0.01, 0.02, 0.04, 0.08)  # relative, of an input; the first two always
+STEPS = (0.005, 0.01, 0.02, 0.04, 0.08)  # relative, of an input; the first two always
 ENOUGH = 0.05  # error of a change per 1 %, in %, at which the steps are wide enough
 
 Half = dict[str, float]  # half the relative difference of the answers at +step and -step
@@ -87,16 +87,14 @@ def _pair(
 
 
 def _fit(steps: Sequence[float], inputs: Inputs, halves: dict[str, list[Half]], left_out: dict[str, str]) -> Sensitivities:
-    """Slopes of each answer over as many of the steps as make its error least."""
+    """Slopes of each answer over as many of the steps as lose no slope and make its error least."""
     slopes: dict[str, dict[str, float | None]] = {path: dict.fromkeys(ANSWERS) for path in halves}
     errors, noise, widest = {}, {}, {}
     for name in ANSWERS:
         lines = [_lines(name, steps[:count], halves) for count in range(2, len(steps) + 1)]
-        best = min((line for line in lines if line[1] is not None), key=lambda line: line[1] or 0.0, default=None)
-        if best is None:
+        found, error, used = min(lines, key=lambda line: (-len(line[0]), line[1]))
+        if not found:
             continue
-        found, error, used = best
-        assert error is not None
         errors[name], widest[name] = error, used[-1]
         noise[name] = error * math.sqrt(2.0 * sum(step**2 for step in used))  # a half difference has 1/sqrt(2) of it
         for path, slope in found.items():
@@ -106,10 +104,8 @@ def _fit(steps: Sequence[float], inputs: Inputs, halves: dict[str, list[Half]], 
     return Sensitivities(rows, errors, noise, widest, left_out)
 
 
-def _lines(
-    name: str, steps: Sequence[float], halves: dict[str, list[Half]]
-) -> tuple[dict[str, float], float | None, Sequence[float]]:
-    """Slopes by input of an answer, their standard error (None where there is none), and the steps."""
+def _lines(name: str, steps: Sequence[float], halves: dict[str, list[Half]]) -> tuple[dict[str, float], float, Sequence[float]]:
+    """Slopes by input of an answer, their standard error, and the steps."""
     square = sum(step**2 for step in steps)
     slopes: dict[str, float] = {}
     off = 0.0
@@ -119,4 +115,4 @@ def _lines(
             slopes[path] = sum(step * half for step, half in pairs) / square
             off += sum((half - slopes[path] * step) ** 2 for step, half in pairs)
     free = len(slopes) * (len(steps) - 1)
-    return slopes, math.sqrt(off / free / square) if free else None, steps
+    return slopes, math.sqrt(off / max(free, 1) / square), steps
