@@ -203,7 +203,9 @@ def _draw_profiles(panels: NDArray[Any], case: dict[str, Any], shots: Snapshots)
         panel.plot([-radius, radius], [height, height], color=INK, linewidth=2.0, solid_capstyle="butt")
         panel.axhspan(-0.08 * case["shell"]["height"], 0.0, color=GROUND_COLOUR, linewidth=0)
         panel.axhline(0.0, color=INK, linewidth=0.8)
-        panel.set_title(f"{shots.times[shot] * 1e3:.1f} ms   {-shots.velocity[shot]:.2f} m/s", fontweight="normal")
+        panel.set_title(
+            f"{shots.times[shot] * 1e3:.1f} ms   {round(-shots.velocity[shot], 2) + 0.0:.2f} m/s", fontweight="normal"
+        )
         panel.set(
             aspect="equal",
             xlim=(-reach, reach),

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import asdict
 from html import escape
 from pathlib import Path
@@ -118,7 +118,7 @@ def table(head: Sequence[str], rows: Sequence[Sequence[str]], numbers: int = 0) 
 
 def chart(title: str, unit: str, x: NDArray[Any], curves: Sequence[Curve], x_label: str, marks: Sequence[Mark] = ()) -> str:
     """A figure of curves over x, with 0 in sight, and dots."""
-    x_ticks, x_place = _axis(x, LEFT, WIDTH - RIGHT)
+    x_ticks, x_place = _axis(x, LEFT, WIDTH - RIGHT, inside=True)
     heights = [curve.y for curve in curves]
     heights += [np.array([mark.y - mark.error, mark.y + mark.error]) for mark in marks]
     y_ticks, y_place = _axis(np.concatenate([np.zeros(1), *heights]), HEIGHT - BOTTOM, TOP)
@@ -156,8 +156,8 @@ def chart(title: str, unit: str, x: NDArray[Any], curves: Sequence[Curve], x_lab
     return f"<figure><figcaption>{label}{keys}</figcaption>{picture}</figure>"
 
 
-def _axis(values: NDArray[Any], start: float, end: float) -> tuple[list[float], Any]:
-    """Round ticks that cover the values, and the place of a value between start and end."""
+def _axis(values: NDArray[Any], start: float, end: float, inside: bool = False) -> tuple[list[float], Callable[[float], float]]:
+    """Round ticks that cover the values, or lie inside their range, and the place of a value between start and end."""
     sound = values[np.isfinite(values)]
     low, high = (float(sound.min()), float(sound.max())) if len(sound) else (0.0, 1.0)
     if high <= low:
@@ -165,10 +165,16 @@ def _axis(values: NDArray[Any], start: float, end: float) -> tuple[list[float], 
     rough = (high - low) / 5
     power = 10.0 ** math.floor(math.log10(rough))
     step = next(size * power for size in (1, 2, 2.5, 5, 10) if size * power >= rough * (1 - 1e-9))
-    ticks = [step * number for number in range(math.floor(low / step + 1e-9), math.ceil(high / step - 1e-9) + 1)]
+    first, last = low / step, high / step
+    down, up = (
+        (math.ceil(first - 1e-9), math.floor(last + 1e-9)) if inside else (math.floor(first + 1e-9), math.ceil(last - 1e-9))
+    )
+    ticks = [step * number for number in range(down, up + 1)]
+    if not inside:
+        low, high = ticks[0], ticks[-1]
 
     def place(value: float) -> float:
-        return start + (end - start) * (value - ticks[0]) / (ticks[-1] - ticks[0])
+        return start + (end - start) * (value - low) / (high - low)
 
     return ticks, place
 
@@ -296,7 +302,7 @@ def _shapes(case: dict[str, Any], shots: Snapshots) -> str:
             for row in rows:
                 a, b = place(r[row], z[row]).split()
                 lines.append(f'<circle cx="{a}" cy="{b}" r="3" fill="var(--c3)"/>')
-        caption = f"{shots.times[shot] * 1e3:.1f} ms <span>{-shots.velocity[shot]:.2f} m/s</span>"
+        caption = f"{shots.times[shot] * 1e3:.1f} ms <span>{round(-shots.velocity[shot], 2) + 0.0:.2f} m/s</span>"
         box_size = f"0 0 {2 * reach * scale:.1f} {(ceiling - floor) * scale:.1f}"
         figures.append(
             f'<figure><figcaption>{caption}</figcaption><svg viewBox="{box_size}" role="img" '
