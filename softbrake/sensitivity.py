@@ -29,7 +29,7 @@ def sensitivities(
 
     Of each pair of runs at +h and -h counts half the difference: the smooth part of even order drops out. A straight line through
     0 and these halves over h, by least squares, has the change as its slope; what is off the lines of all inputs is the noise,
-    whose effect on a slope is its error. As long as one is above ENOUGH, the next of STEPS is tried; each answer then takes
+    whose effect on a slope is its error. As long as one is above ENOUGH and falls, the next of STEPS is tried; each answer takes
     the steps with the least error, for wide ones feel that the answer is no straight line.
     A case with a tolerance is run at the level and grid of `base`. report: told runs done and runs planned.
     """
@@ -58,7 +58,7 @@ def sensitivities(
             halves[path].append(half)
         if count > 1:
             found = _fit(STEPS[:count], inputs, halves, left_out)
-            if all(error <= ENOUGH for error in found.errors.values()):
+            if all(error <= ENOUGH or found.steps[name] < step for name, error in found.errors.items()):
                 break
     return found
 
