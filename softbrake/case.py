@@ -186,7 +186,7 @@ def load_case(path: str | Path, overrides: Sequence[str] = ()) -> Case:
     overrides: texts such as `fabric.E=18.75kN/m`, applied in turn to the keys of the file.
     Raises CaseError with all faults of the file and the overrides.
     """
-    return parse_case(_read(path), str(path), overrides)
+    return parse_case(read_text(path), str(path), overrides)
 
 
 def parse_case(text: str, name: str, overrides: Sequence[str] = ()) -> Case:
@@ -204,7 +204,7 @@ def quantities(path: str | Path, overrides: Sequence[str] = ()) -> dict[str, flo
     Defaults are not among them, nor what is no input of the drop: grid, time, tolerance, strengths. Raises CaseError.
     """
     check = _CaseChecker()
-    root = _tree(_read(path), str(path), overrides, check)
+    root = _tree(read_text(path), str(path), overrides, check)
     if check.case(root, Path(path).stem) is None:
         raise CaseError(check.messages())
     found: dict[str, float | tuple[float, ...]] = {}
@@ -231,7 +231,7 @@ def quantities(path: str | Path, overrides: Sequence[str] = ()) -> dict[str, flo
     return found
 
 
-def _read(path: str | Path) -> str:
+def read_text(path: str | Path) -> str:
     try:
         content = Path(path).read_bytes()
     except OSError as error:

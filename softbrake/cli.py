@@ -274,12 +274,12 @@ def design(
 
 @app.command()
 def report(
-    result: ResultPath,
+    result: Annotated[Path, typer.Argument(metavar="RESULT", help="Result file of a run (*.vtkhdf), or folder of a sweep.")],
     output: Annotated[
         Path | None, typer.Option("--output", "-o", metavar="PAGE", help="HTML file; default: RESULT with .html.")
     ] = None,
 ) -> None:
-    """Write a page on a result: answers, curves, shapes and case, in one HTML file."""
+    """Write a page on a result or a sweep: answers, curves, shapes and case, in one HTML file."""
     from softbrake.report import write_report
     from softbrake.results import ResultError
 

@@ -10,7 +10,8 @@ import pytest
 import synthetic_drop as drop
 from conftest import Command
 
-from softbrake.report import BUCKETS, Curve, Mark, chart, result_page, table, write_report
+from softbrake.page import BUCKETS, Curve, Mark, chart, table
+from softbrake.report import result_page, sweep_page, write_report
 from softbrake.results import ResultError, ResultFile, read_history, replace_summary
 from softbrake.state import History
 from softbrake.summary import Sensitivities, Sensitivity
@@ -191,6 +192,63 @@ def test_killed_and_diverged_runs_have_a_page(tmp_path: Path) -> None:
             replace(drop.summary(), outcome="diverged", impact_velocity=None, impact_time=None, energy_error=np.nan)
         )
     assert "not an answer" in Page(result_page(diverged)).words
+
+
+COLUMNS = "run,id,pressure.value,outcome,fault,impact_velocity,minimum_height,peak_deceleration,peak_tension_belt\n"
+SWEEP = {  # as a sweep writes them: stops above the ground, lands, lands, bursts
+    "plan.json": '{"title": "Sweep <1>"}',
+    "results.csv": COLUMNS + "1,a,30000.0,stopped,,,0.1,98.0665,\n2,b,20000.0,impact,,1.5,0.0,49.03325,\n"
+    "3,c,10000.0,impact,,6.25,0.0,19.6133,\n4,d,90000.0,diverged,it <bursts>,9.0,0.5,1e9,\n",
+    "results.units.csv": COLUMNS + ",,Pa,,,m/s,m,m/s^2,N/m\n",
+}
+
+
+def sweep(folder: Path, **changes: str) -> Path:
+    folder.mkdir()
+    for name, text in SWEEP.items():
+        (folder / name).write_text(changes.get(name.split(".")[0], text), encoding="utf-8")
+    return folder
+
+
+def test_page_of_a_sweep(tmp_path: Path) -> None:
+    text = sweep_page(sweep(tmp_path / "one-sweep"))
+    found = Page(text)
+    for piece in ("Sweep <1>", "4 runs over pressure.value", "1 of them have no answer.", "it <bursts>", "Peak deceleration, g"):
+        assert piece in found.texts or piece in found.words
+    assert "2\nimpact\n20000\n1.5\n5\n–" not in found.words  # no belts, no column of theirs
+    assert "2\nimpact\n20000\n1.5\n5\n0" in found.words
+    assert "1\nstopped\n30000\n–\n10\n0.1" in found.words
+    assert "4\ndiverged\n90000\n–\n–\n–" in found.words
+    curve = path_of(text)
+    assert len(curve) == 3
+    assert list(curve[:, 0]) == sorted(curve[:, 0])  # by the axis, whatever the order of the runs
+    heights = (curve[:, 1] - curve[2, 1]) / (curve[0, 1] - curve[2, 1])
+    np.testing.assert_allclose(heights, [1.0, 1.5 / 6.25, 0.0], atol=2e-3)  # stopped: an impact velocity of 0
+    assert "belt" not in "".join(value or "" for name, value in found.attributes if name == "aria-label")
+
+
+def test_sweep_over_two_axes_has_a_dot_a_run(tmp_path: Path) -> None:
+    results = "run,id,cargo.mass,fabric.slack,outcome,fault,impact_velocity\n" + "".join(
+        f"{k},x{k},{mass},{slack},impact,,{2.0 + k}\n"
+        for k, (mass, slack) in enumerate([(50.0, "cut"), (100.0, "cut"), (50.0, "wrinkle"), (100.0, "wrinkle")])
+    )
+    units = "run,id,cargo.mass,fabric.slack,outcome,fault,impact_velocity\n,,kg,,,,m/s\n"
+    folder = sweep(tmp_path / "two-sweep")
+    (folder / "results.csv").write_text(results)
+    (folder / "results.units.csv").write_text(units)
+    text = sweep_page(folder)
+    Page(text)
+    assert text.count("<figure>") == 1  # words make no axis
+    assert text.count("<circle") == 4
+
+
+def test_faults_of_a_sweep(tmp_path: Path) -> None:
+    (tmp_path / "empty").mkdir()
+    with pytest.raises(ResultError, match="the folder of a finished sweep is wanted"):
+        sweep_page(tmp_path / "empty")
+    for number, changes in enumerate(({"plan": "{}"}, {"plan": "{"}, {"results": "a,b\n1,2\n"}, {"results": ""})):
+        with pytest.raises(ResultError, match="not the results of a sweep"):
+            sweep_page(sweep(tmp_path / f"bad{number}", **changes))
 
 
 def test_faults(tmp_path: Path) -> None:
