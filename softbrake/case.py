@@ -26,7 +26,7 @@ from softbrake.keys import (
     schema,
     starter,
 )
-from softbrake.overrides import apply_override
+from softbrake.overrides import Override, apply_override
 from softbrake.units import Dimension
 from softbrake.yamlnodes import Node, Place, YamlError, join, parse
 
@@ -189,7 +189,22 @@ def load_case(path: str | Path, overrides: Sequence[str] = ()) -> Case:
     return parse_case(read_text(path), str(path), overrides)
 
 
-def parse_case(text: str, name: str, overrides: Sequence[str] = ()) -> Case:
+def read_text(path: str | Path) -> str:
+    """Text of a case file. Raises CaseError."""
+    try:
+        content = Path(path).read_bytes()
+    except OSError as error:
+        raise CaseError([f"{path}: {error.strerror or error}; a case file is wanted"]) from None
+    try:
+        return content.decode("utf-8-sig")
+    except UnicodeDecodeError as error:
+        before = content[: error.start]
+        line, column = before.count(b"\n") + 1, error.start - before.rfind(b"\n")
+        fault = f"{path}:{line}:{column}: byte 0x{content[error.start]:02x} is not UTF-8; a text file in UTF-8 is wanted"
+        raise CaseError([fault]) from None
+
+
+def parse_case(text: str, name: str, overrides: Sequence[str | Override] = ()) -> Case:
     """Read the text of a case file; `name` stands in messages and gives the default title. Raises CaseError."""
     check = _CaseChecker()
     case = check.case(_tree(text, name, overrides, check), Path(name).stem)
@@ -231,21 +246,7 @@ def quantities(path: str | Path, overrides: Sequence[str] = ()) -> dict[str, flo
     return found
 
 
-def read_text(path: str | Path) -> str:
-    try:
-        content = Path(path).read_bytes()
-    except OSError as error:
-        raise CaseError([f"{path}: {error.strerror or error}; a case file is wanted"]) from None
-    try:
-        return content.decode("utf-8-sig")
-    except UnicodeDecodeError as error:
-        before = content[: error.start]
-        line, column = before.count(b"\n") + 1, error.start - before.rfind(b"\n")
-        fault = f"{path}:{line}:{column}: byte 0x{content[error.start]:02x} is not UTF-8; a text file in UTF-8 is wanted"
-        raise CaseError([fault]) from None
-
-
-def _tree(text: str, name: str, overrides: Sequence[str], check: Checker) -> Node:
+def _tree(text: str, name: str, overrides: Sequence[str | Override], check: Checker) -> Node:
     """The tree of a case file with its overrides written in; faults of theirs are told to `check`."""
 
     def place_of(line: int, column: int) -> Place:
@@ -261,7 +262,8 @@ def _tree(text: str, name: str, overrides: Sequence[str], check: Checker) -> Nod
         check.fault(place, "", "not a mapping" if root else "an empty file", "sections such as 'shell:' are wanted")
         raise CaseError(check.messages())
     for index, override in enumerate([overrides] if isinstance(overrides, str) else overrides):
-        apply_override(root, override, Place((1, index, 0), f"--set {override}"), check.fault)
+        change = override if isinstance(override, Override) else Override(override, Place((1, index, 0), f"--set {override}"))
+        apply_override(root, change.text, change.place, check.fault)
     return root
 
 
@@ -304,7 +306,7 @@ def full_stop(mass: float, velocity: float, gravity: float, height: float, diame
 class _CaseChecker(Checker):
     def case(self, root: Node, stem: str) -> Case | None:
         """The checked case, None if there are faults."""
-        top = self.section(root, "", TOP, others=("contact", *SECTIONS))
+        top = self.section(root, "", TOP, others=("contact", "sweep", *SECTIONS))
         shell = self.named(root, "shell")
         fabric = self.fabric(root, shell)
         grid = self.named(root, "grid")

@@ -23,7 +23,7 @@ def sensitivities(
     file: str | Path,
     overrides: Sequence[str],
     base: Summary,
-    report: Callable[[int, int], None] | None = None,
+    report: Callable[[int, int, bool], None] | None = None,
 ) -> Sensitivities:
     """Relative changes of the answers of `base` per relative change of each quantity that the case file gives.
 
@@ -31,7 +31,8 @@ def sensitivities(
     0 and these halves over h, by least squares, has the change as its slope; what is off the lines of all inputs is the noise,
     whose effect on a slope is its error. As long as one is above ENOUGH and falls, the next of STEPS is tried; each answer takes
     the steps with the least error, for wide ones feel that the answer is no straight line.
-    A case with a tolerance is run at the level and grid of `base`. report: told runs done and runs planned.
+    A case with a tolerance is run at the level and grid of `base`. report: told runs done, runs planned, and
+    that the run was computed now.
     """
     inputs: Inputs = quantities(file, overrides)
     left_out: dict[str, str] = {}
@@ -51,7 +52,7 @@ def sensitivities(
             answers.append(_answers(answer))
             done += 1
             if report is not None:
-                report(done, len(cases) * max(2, count))
+                report(done, len(cases) * max(2, count), True)
         for path, above, below in zip(varied, answers[::2], answers[1::2], strict=True):
             both = above.keys() & below.keys()
             half = {name: 0.5 * (above[name] - below[name]) / scale for name in both if (scale := getattr(base, name))}

@@ -24,7 +24,7 @@ FIRST = uint64(PAD)
 
 @kernel
 def sweep_meridian(model, state, meridian, dt, length):
-    """Advance fabric and cargo by one step. Returns the cover's new height (m).
+    """Advance fabric and cargo by one step. Returns the cover's new height (m) and whether tensions are higher than ever.
 
     dt: from n-1/2 to n+1/2; length: from n to n+1 (s). The one column moves its share of the cargo; state.now has the whole
     shell's forces.
@@ -85,8 +85,7 @@ def sweep_meridian(model, state, meridian, dt, length):
     on_ground = gas_on_cover - meridian.pressure[0] * meridian.area.z[FIRST] - meridian.force[0] * meridian.z[0]
     now[History.GROUND_FORCE] = columns * (on_ground + mass[0] * model.gravity + lift / dt)
     now[History.GROUND_AREA] = columns * model.cover_area
-    raise_peaks(now, state.peaks, meridian, n1)
-    return height
+    return height, raise_peaks(now, state.peaks, meridian, n1)
 
 
 @kernel
@@ -310,7 +309,7 @@ def add_belt_work(meridian, work, dt):
 
 @kernel
 def raise_peaks(now, peaks, meridian, n1):
-    """Raise the peaks to those of the step. Reads now, meridian's tensions.
+    """Raise the peaks to those of the step. Reads now, meridian's tensions. Returns whether the fabric's are raised.
 
     Whether one is higher than all before it is asked of all nodes at once; its row is looked for in the few steps in which it is.
     """
@@ -328,6 +327,7 @@ def raise_peaks(now, peaks, meridian, n1):
         row = meridian.belt_rows[k]
         raise_peak(peaks, Peak.TENSION_BELT, meridian.belt_tension[row], time, float(row))
     raise_peak(peaks, Peak.DECELERATION, now[History.ACCELERATION], time, float(n1))
+    return higher_1 | higher_2
 
 
 @kernel
@@ -419,8 +419,8 @@ def stable_step_of_meridian(model, nodes, meridian):
 def advance_meridian(model, state, meridian, history, interval, most, until):
     """Advance the axisymmetric shell as advance does the rows. Returns the rows of history and the Outcome.
 
-    Sums over the nodes, which no other step needs, are taken when a step is recorded, at the end, and, for end_step to see a
-    divergence, each time a step is chosen.
+    Sums over the nodes are taken where they are needed only: for a row of the history, at the end, and for end_step to see a
+    divergence, when a step is chosen and when tensions are higher than ever, as in a divergence they are.
     """
     now, n1, columns = state.now, model.n1, model.sector.copies
     rows, done, recorded, dt, outcome = 0, 0, False, 1.0, Outcome.RUNNING
@@ -434,12 +434,12 @@ def advance_meridian(model, state, meridian, history, interval, most, until):
                 longest = watch_meridian(state.nodes, state.folds, n1, model.fabric.h1, window)
                 state.stable_step[0] = min(state.stable_step[0], longest / model.courant)
         length, dt = begin_step(model, state)
-        height = sweep_meridian(model, state, meridian, dt, length)
+        height, raised = sweep_meridian(model, state, meridian, dt, length)
         if recorded:
             book_forces(now, meridian, columns, dt, n1)
             record(history, rows, now)
             rows += 1
-        if chosen or (state.steps[0] + 1) % interval == 0:
+        if chosen or raised != 0 or (state.steps[0] + 1) % interval == 0:
             book_energies(model, state.nodes, state.work, now)
         outcome = end_step(model, state, length, height)
         done += 1
