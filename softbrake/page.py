@@ -94,7 +94,9 @@ def chart(title: str, unit: str, x: NDArray[Any], curves: Sequence[Curve], x_lab
         lines.append(f'<path d="M{LEFT:g} {y:.1f}H{WIDTH - RIGHT:g}" stroke="var(--{"soft" if tick == 0 else "line"})"/>')
         lines.append(f'<text x="{LEFT - 5:g}" y="{y + 4:.1f}" text-anchor="end">{_short(tick)}</text>')
     for tick in x_ticks:
-        lines.append(f'<text x="{x_place(tick):.1f}" y="{HEIGHT - BOTTOM + 14:g}" text-anchor="middle">{_short(tick)}</text>')
+        at = x_place(tick)
+        anchor = "end" if at > WIDTH - 2 * RIGHT else "middle"
+        lines.append(f'<text x="{at:.1f}" y="{HEIGHT - BOTTOM + 14:g}" text-anchor="{anchor}">{_short(tick)}</text>')
     lines.append(f'<text x="{WIDTH - RIGHT:g}" y="{HEIGHT - 5:g}" text-anchor="end">{escape(x_label)}</text>')
     for number, curve in enumerate(curves):
         points = _thinned(x, curve.y)

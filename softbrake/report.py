@@ -115,8 +115,10 @@ def _sweep_charts(rows: Sequence[dict[str, str]], axes: Sequence[str], units: di
             x = np.array([float(row[axis]) for row in rows])
         except ValueError:  # words
             continue
-        order = np.argsort(x, kind="stable")
-        label = f"{axis}, {units[axis]}" if units[axis] else axis
+        order, unit = np.argsort(x, kind="stable"), units[axis]
+        if unit in ("Pa", "N/m", "N") and np.abs(x).max() >= 1e3:
+            x, unit = 1e-3 * x, f"k{unit}"
+        label = f"{axis}, {unit}" if unit else axis
         for answer in ANSWERS:
             y = _column(rows, answer.column, answer.scale)
             if not np.isfinite(y).any():
@@ -124,7 +126,9 @@ def _sweep_charts(rows: Sequence[dict[str, str]], axes: Sequence[str], units: di
             dots = [Mark(a, b) for a, b in zip(x, y, strict=True) if math.isfinite(b)] if len(axes) > 1 or len(x) <= 40 else []
             curves = [Curve("", y[order])] if len(axes) == 1 else []
             figures.append(chart(answer.title.capitalize(), answer.unit, x[order], curves, label, dots))
-    return f'<div class="charts">{"".join(figures)}</div>'
+    note = '<p class="note">Impact velocity 0: the cargo stops above the ground.</p>'
+    stops = any(row["outcome"] == "stopped" for row in rows)
+    return f'<div class="charts">{"".join(figures)}</div>{note if stops else ""}'
 
 
 def _runs(rows: Sequence[dict[str, str]], axes: Sequence[str], units: dict[str, str]) -> str:
