@@ -25,7 +25,6 @@ from softbrake.state import Floats, Outcome
 from softbrake.summary import Summary
 
 AHEAD = 8  # drops under way or waiting, for each thread
-INTERRUPTED = "interrupted"
 
 
 class Dropped(NamedTuple):
@@ -72,7 +71,7 @@ def run_one(case: Case, histories: bool = False, stop: threading.Event | None = 
         outcome = Outcome.RUNNING
         while outcome == Outcome.RUNNING:
             if stop is not None and stop.is_set():
-                return Dropped(None, INTERRUPTED, None)
+                return Dropped(None, "interrupted", None)  # which nobody waits for
             new, outcome = drop.advance(most=drop.most)
             if histories:
                 rows.append(new.copy())

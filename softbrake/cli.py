@@ -292,9 +292,9 @@ def sweep(
                 progress=progress,
             )
     except SweepError as error:
-        _fail(error, FAILED)
+        _fail(error)
     except KeyboardInterrupt:
-        _fail("interrupted; the same command goes on from here", INTERRUPTED)
+        _fail(f"interrupted; the same command goes on from here, softbrake merge {folder} shows what is done", INTERRUPTED)
     if of > 1:
         typer.echo(f"shard {number} of {of} is done; when all are: softbrake merge {folder}", err=True)
         return

@@ -20,7 +20,7 @@ from typing import Any, NamedTuple
 import h5py
 
 from softbrake import __version__
-from softbrake.batch import INTERRUPTED, Dropped, run_batch, run_one
+from softbrake.batch import Dropped, run_batch, run_one
 from softbrake.case import Case, case_to_dict
 from softbrake.designs import Axis, Designs
 from softbrake.kernels.jit import PACKAGE, hash_sources
@@ -105,8 +105,10 @@ def run_sweep(
     threads: of this machine, default one a core; scheduler: address of a dask scheduler, whose workers run instead of them.
     histories: keep those as well, in histories.h5, a dataset a run named by its id, units in the file's attributes. progress:
     told the number of runs done, of all, and whether the last was computed now.
-    Raises SweepError, and KeyboardInterrupt when it was broken off; the journal then has what was done.
+    Raises SweepError; whatever breaks it off, the journal has what was done.
     """
+    if histories and any(design.case.tolerance is not None for design in designs.all):
+        raise SweepError("--histories: a case with a tolerance has none, its answer is of several runs")
     plan, cases = make_plan(designs)
     mine = dict.fromkeys(run.id for run in plan.runs[shard.number - 1 :: shard.of])
     try:
@@ -122,18 +124,22 @@ def run_sweep(
     answers = _on_cluster(scheduler, todo, histories) if scheduler else _here(todo, threads, histories)
     if progress is not None:
         progress(done, len(mine), False)
-    with open(journal, "a", encoding="utf-8") as stream:
-        for id, answer in answers:
-            if answer.fault == INTERRUPTED:
-                raise KeyboardInterrupt
-            if kept is not None and answer.history is not None:
-                kept.add(id, answer.history)
-            if id not in known:
-                stream.write(json.dumps(_record(id, answer)) + "\n")
-                stream.flush()
-            done += 1
-            if progress is not None:
-                progress(done, len(mine), True)
+    try:
+        with open(journal, "a", encoding="utf-8") as stream:
+            for id, answer in answers:
+                if kept is not None and answer.history is not None:
+                    kept.add(id, answer.history)
+                if id not in known:
+                    stream.write(json.dumps(_record(id, answer)) + "\n")
+                    stream.flush()
+                done += 1
+                if progress is not None:
+                    progress(done, len(mine), True)
+    except OSError as error:  # disk full, folder gone
+        raise SweepError(f"{folder}: {error.strerror or error}; the same command goes on from here") from error
+    finally:
+        if kept is not None:
+            kept.file.close()
     return plan
 
 
@@ -156,7 +162,6 @@ def _on_cluster(address: str, todo: dict[str, Case], histories: bool) -> Iterato
         client = Client(address, set_as_default=False, timeout=PATIENCE)
     except (OSError, ValueError) as error:
         raise SweepError(f"{where}: {error}; the address of a dask scheduler such as tcp://host:8786 is wanted") from None
-    lost = []
     with client:
         try:
             client.wait_for_workers(1, timeout=PATIENCE)
@@ -166,15 +171,12 @@ def _on_cluster(address: str, todo: dict[str, Case], histories: bool) -> Iterato
         for task in as_completed(tasks, loop=client.loop):
             ids = tasks.pop(task)
             if task.status != "finished":
-                lost += ids
-                continue
+                continue  # lost with its workers, several times
             theirs, answers = task.result()
             if theirs != source_hash():
                 raise SweepError(f"{where}: a worker has another version of softbrake; the same is wanted everywhere")
             yield from zip(ids, answers, strict=True)
             task.release()
-    if lost:
-        raise SweepError(f"{where}: {len(lost)} runs were lost with their workers, several times; the others are kept")
 
 
 def _parts(todo: dict[str, Case]) -> Iterator[dict[str, Case]]:

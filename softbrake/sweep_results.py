@@ -25,8 +25,9 @@ TIMINGS = ("kernel_seconds", "wall_seconds")  # the last columns: all that two r
 LEFT_OUT = ("title", "results", "ladder", "sensitivity")
 STANDARD_GRAVITY = 9.80665  # m/s^2
 MOST_LINES = 24
-MISSING = "not run"
+MISSING = "not run, or lost with its worker"
 MOST_AXES = 6  # of a scatter matrix
+MOST_DOTS = 300  # over contours
 COLOURS = (BLUE, ORANGE, GREEN, RED, GREY, INK)
 
 Row = dict[str, Any]
@@ -274,7 +275,8 @@ def _contours(mpl: Any, scales: Sequence[_Scale], table: Sequence[Row]) -> Figur
             lines = panel.tricontour(x[sound], y[sound], values[sound], filled.levels[::2], colors="white", linewidths=0.6)
             panel.clabel(lines, fontsize=7.5)
             figure.colorbar(filled, ax=panel).outline.set_visible(False)
-        panel.plot(x[sound], y[sound], ".", color="white", markersize=2.0, alpha=0.7)
+        if len(table) <= MOST_DOTS:
+            panel.plot(x[sound], y[sound], ".", color="white", markersize=2.0, alpha=0.7)
         if failed.any():
             panel.plot(x[failed], y[failed], "x", color=RED, markersize=5.0, clip_on=False)
         panel.set_title(title)
