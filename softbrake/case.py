@@ -17,6 +17,7 @@ from softbrake.keys import (
     DEFAULT_CONTACT,
     LAW,
     LISTED_BELT,
+    PHYSICS,
     PRESSURE,
     RESIDUAL,
     SECTIONS,
@@ -236,7 +237,7 @@ def quantities(path: str | Path, overrides: Sequence[str] = ()) -> dict[str, flo
 
     gather(root, "", TOP)
     assert isinstance(root.value, dict)
-    for name in ("shell", "fabric", "belts", "cargo", "pressure"):
+    for name in PHYSICS:
         node = root.value.get(name)
         if node is not None and isinstance(node.value, list):
             for number, item in enumerate(node.value):

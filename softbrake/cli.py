@@ -92,14 +92,13 @@ def run(
         _check_writable(results, case_file)
 
     from softbrake import console
-    from softbrake.drop import Diverged, kernels_cached
+    from softbrake.drop import Diverged
     from softbrake.ladder import run as simulate
     from softbrake.results import ResultError, tension_scale
 
     scale = tension_scale(case) if dimensionless else None
     _check_scale(scale)
-    if not quiet and not kernels_cached(case):
-        typer.echo("compiling kernels (first run only, about 10 s) ...", err=True)
+    _announce_compiling(case, quiet)
     try:
         with console.progress(case.shell.height, quiet=quiet) as callback:
             summary = simulate(
@@ -336,10 +335,13 @@ def design(
     """Find the pressure, or another value, that meets a target."""
     import shlex
 
+    case = _load(case_file, overrides)
+
     from softbrake import console
     from softbrake.case import CaseError
     from softbrake.design import NotReached, ask, find, piston
 
+    _announce_compiling(case, quiet)
     try:
         question = ask(case_file, overrides or (), path, target, between, budget, None if quiet else console.print_rung)
         stop = piston(question.case)
@@ -356,7 +358,7 @@ def design(
         console.print_design(question, stop, found)
         options = [word for change in [*(overrides or ()), f"{path}={found.value:.6g}"] for word in ("--set", change)]
         typer.echo(f"next: {shlex.join(['softbrake', 'run', str(case_file), *options])}")
-    _check_reached(question.case, found.summary)
+    _check_reached(case, found.summary)
 
 
 @app.command()
@@ -430,6 +432,13 @@ def _designs(path: Path, overrides: list[str] | None, vary: list[str] | None = N
         return load_designs(path, overrides or (), vary or (), settings)
     except CaseError as error:
         _fail(error)
+
+
+def _announce_compiling(case: Case, quiet: bool) -> None:
+    from softbrake.drop import kernels_cached
+
+    if not quiet and not kernels_cached(case):
+        typer.echo("compiling kernels (first run only, about 10 s) ...", err=True)
 
 
 def _check_writable(results: Path, case_file: Path) -> None:

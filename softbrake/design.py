@@ -17,7 +17,7 @@ from softbrake.batch import run_batch
 from softbrake.case import Case, FullStop, full_stop, load_case, quantities
 from softbrake.convergence import CAUTION, estimate
 from softbrake.drop import Diverged, run
-from softbrake.keys import key_at
+from softbrake.keys import PHYSICS, key_at
 from softbrake.ladder import BUDGET, Climb, climb, companions, level
 from softbrake.summary import Rung, Summary
 from softbrake.units import Dimension, parse_quantity
@@ -130,8 +130,9 @@ def ask(
     goal, given = _target(target), quantities(file, overrides)
     case = load_case(file, overrides)
     key = key_at(path)
-    if key is None or not isinstance(key.kind, Dimension) or key.many:
-        raise ValueError(f"--find {path}: not a quantity of a case; a path such as pressure.value or fabric.E is wanted")
+    physical = path.split(".")[0] in (*PHYSICS, "gravity", "friction")
+    if key is None or not physical or not isinstance(key.kind, Dimension) or key.many:
+        raise ValueError(f"--find {path}: not a quantity of the drop; a path such as pressure.value or fabric.E is wanted")
     if between is not None:
         low, high = _between(between, key.kind)
     elif path == "pressure.value":

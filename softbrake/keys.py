@@ -213,6 +213,7 @@ SWEEP = (
     Key("samples", int, "runs of a Latin hypercube", "100", least=1, most=1_000_000),
     Key("seed", int, "of its random numbers", "1", default=0, least=0),
 )
+PHYSICS = ("shell", "fabric", "belts", "cargo", "pressure")  # sections that describe the drop, not its computation
 OPTIONAL_SECTIONS = {"belts", "grid", "time", "model", "output"}
 ALTERNATIVES: dict[str, Alternatives] = {
     "fabric": ((("E",), ("E11", "E22")), (("damping_ratio",), ("viscosity",))),

@@ -195,6 +195,8 @@ def test_refusal_names_what_was_found_at_both_ends() -> None:
         ({"target": "impact_velocity=-1"}, "out of range"),
         ({"path": "fabric.EE"}, "--find fabric.EE: not a quantity"),
         ({"path": "belts.count"}, "not a quantity"),
+        ({"path": "tolerance", "between": "1%:2%"}, "not a quantity"),
+        ({"path": "time.end", "between": "1:2"}, "not a quantity"),
         ({"path": "pressure.values"}, "not a quantity"),
         ({"path": "fabric.G12"}, "the case gives no value to start from; --range LOW:HIGH is wanted"),
         ({"between": "3:2"}, "not a range"),
