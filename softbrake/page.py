@@ -39,6 +39,8 @@ svg{display:block;width:100%;height:auto}svg text{font:11px system-ui,sans-serif
 .scroll{overflow-x:auto}table{border-collapse:collapse;font-size:.88rem}
 th,td{text-align:left;padding:.15rem .8rem .15rem 0;border-bottom:1px solid var(--line);vertical-align:top}
 td.n,th.n{text-align:right;font-variant-numeric:tabular-nums}
+@media print{body{font-size:11px;padding:0}.charts{grid-template-columns:1fr 1fr}.shapes{grid-template-columns:repeat(4,1fr)}
+.answers{grid-template-columns:repeat(4,1fr)}h2{margin-top:1rem}}
 """
 DASHES = ("", "6 3", "2 2", "8 2 2 2", "1 3")
 
