@@ -14,7 +14,7 @@ from itertools import pairwise
 from pathlib import Path
 
 from softbrake.batch import run_batch
-from softbrake.case import Case, FullStop, full_stop, load_case, quantities
+from softbrake.case import Case, CaseError, FullStop, full_stop, load_case, quantities
 from softbrake.convergence import CAUTION, estimate
 from softbrake.drop import Diverged, run
 from softbrake.keys import PHYSICS, key_at
@@ -147,7 +147,11 @@ def ask(
     def varied(value: float) -> Case:
         return load_case(file, [*overrides, f"{path}={value!r}"])
 
-    varied(low), varied(high)  # the ends of the range are checked before the first run
+    try:
+        varied(low), varied(high)  # before the first run
+    except CaseError as error:
+        fault = error.faults[0].partition(": ")[2]
+        raise ValueError(f"--find {path} from {low:.6g} to {high:.6g}: {fault}") from None
     tolerance = case.tolerance
     if tolerance is None:
         return Question(case, varied, path, key.kind.unit, goal, low, high, None)

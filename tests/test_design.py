@@ -212,8 +212,10 @@ def test_faults_of_a_question(words: dict[str, str], fault: str) -> None:
 
 
 def test_ends_of_the_range_are_checked_before_the_first_run() -> None:
-    with pytest.raises(CaseError, match=r"--set pressure.value=-1.0: pressure.value: -1.0 is out of range"):
+    with pytest.raises(ValueError, match=r"--find pressure.value from -1 to 5000: pressure.value: -1.0 is out of range"):
         ask(NO_BELTS, between="-1:5kPa")
+    with pytest.raises(CaseError, match="fabric.nu: unknown key"):
+        ask(NO_BELTS, ["fabric.nu=3"])
 
 
 # Strengths and inputs
