@@ -140,7 +140,7 @@ def drop_figure(path: Path | str, instants: int = 4) -> Figure:
 
 
 def load_matplotlib() -> Any:
-    """Matplotlib with the parts that pictures take. Raises PlotError."""
+    """Import what pictures need. Raises PlotError."""
     try:
         import matplotlib.cm
         import matplotlib.colors
@@ -151,11 +151,16 @@ def load_matplotlib() -> Any:
     return matplotlib
 
 
-def save(figure: Figure, picture: Path | str) -> None:
-    """Write a figure to a .png, .svg or .pdf. Raises PlotError."""
-    suffix = Path(picture).suffix.lower()
-    if suffix not in (".png", ".svg", ".pdf"):
+def check_picture(picture: Path | str) -> None:
+    """Raise PlotError where no picture of this name can be drawn."""
+    if Path(picture).suffix.lower() not in (".png", ".svg", ".pdf"):
         raise PlotError(f"{picture}: the name of a picture ends in .png, .svg or .pdf")
+    load_matplotlib()
+
+
+def save(figure: Figure, picture: Path | str) -> None:
+    """Write a figure to a picture. Raises PlotError."""
+    check_picture(picture)
     try:
         figure.savefig(picture, dpi=150, bbox_inches="tight", pad_inches=0.1)
     except OSError as error:
