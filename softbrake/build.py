@@ -95,7 +95,7 @@ def build_model(case: Case) -> Model:
     return Model(
         n1=n1,
         n2=n2,
-        stride=PAD + -(-(n2 + 1) // PAD) * PAD,
+        stride=PAD + _lanes(n2) + PAD,
         scheme=int(Scheme[case.model.scheme.upper()]),
         courant=case.time.courant,
         end=case.time.end,
@@ -163,7 +163,7 @@ def build_state(case: Case, model: Model) -> State:
         last_step=np.zeros(1),
         kinetic_start=np.array([now[History.KINETIC_ENERGY]]),
         peaks=np.zeros((len(Peak), 3)),
-        work=Work(*_rows(1, model.n1 + 1, Work._fields, FREE) if one_column else _rows(1, model.n2, Work._fields)),
+        work=Work(*(_rows(1, model.n1 + 1, Work._fields, FREE) if one_column else _rows(1, _lanes(model.n2), Work._fields))),
         folds=build_folds(nodes.x.size if model.contact.folds else 1, edge, PLEATS if one_column else PAIRS_PER_NODE),
     )
 
@@ -187,7 +187,7 @@ def build_folds(nodes: int, edge: float, pairs: int) -> Folds:
 
 def build_sweep(model: Model) -> Sweep:
     """Return the scratch arrays of a step."""
-    n2, stride = model.n2, model.stride
+    lanes, stride = _lanes(model.n2), model.stride
     return Sweep(
         generatrix=Edges(*_rows(2, stride, Edges._fields)),
         hoop=Edges(*_rows(3, stride, Edges._fields)),
@@ -196,13 +196,12 @@ def build_sweep(model: Model) -> Sweep:
         force=Rows(*_rows(1, stride, Rows._fields)),
         force_above=Rows(*_rows(1, stride, Rows._fields)),
         area=Rows(*_rows(1, stride, Rows._fields)),
-        area_above=Rows(*_rows(1, stride, Rows._fields)),
         mean=Rows(*_rows(2, stride, Rows._fields)),
-        pressure=np.zeros(n2),
-        top_generatrix=Top(np.zeros(n2), np.zeros(n2)),
-        top_hoop=Top(np.zeros(n2), np.zeros(n2)),
-        top_belt=Top(np.zeros(n2), np.zeros(n2)),
-        by_column=ByColumn(*(np.zeros(n2) for _ in ByColumn._fields)),
+        pressure=_rows(1, lanes, ("pressure",))[0],
+        top_generatrix=Top(*_rows(1, lanes, Top._fields)),
+        top_hoop=Top(*_rows(1, lanes, Top._fields)),
+        top_belt=Top(*_rows(1, lanes, Top._fields)),
+        by_column=ByColumn(*_rows(1, lanes, ByColumn._fields)),
     )
 
 
@@ -217,10 +216,13 @@ def build_meridian(model: Model) -> Meridian:
     return Meridian(**scratch, area=area, belt_rows=np.flatnonzero(model.belts.width))
 
 
-def whole_shell(case: Case, state: State) -> tuple[Model, Nodes]:
-    """Return the model of the whole shell, and its nodes by turning the columns that were computed."""
-    whole = build_model(replace(case, model=replace(case.model, fidelity="full", sector=None)))
-    model = build_model(case)
+def whole_model(case: Case) -> Model:
+    """Return the model of the whole shell, whatever part of it is computed."""
+    return build_model(replace(case, model=replace(case.model, fidelity="full", sector=None)))
+
+
+def whole_nodes(case: Case, whole: Model, model: Model, state: State) -> Nodes:
+    """Return the nodes of the whole shell by turning the columns that were computed."""
     nodes = Nodes(*_rows(whole.n1 + 1, whole.stride, Nodes._fields))
     turn, column = np.divmod(np.arange(whole.stride) - PAD, model.n2)
     angle = 2.0 * pi * turn / model.sector.copies
@@ -234,7 +236,7 @@ def whole_shell(case: Case, state: State) -> tuple[Model, Nodes]:
         a[:] = np.cos(angle) * old_a - np.sin(angle) * old_b
         b[:] = np.sin(angle) * old_a + np.cos(angle) * old_b
     z[:], w[:] = parts[2], parts[5]
-    return whole, nodes
+    return nodes
 
 
 def grid_view(flat: Floats, model: Model) -> Floats:
@@ -248,6 +250,11 @@ def initial_energy(case: Case, model: Model) -> float:
     mass = model.n2 * model.mass
     mass[-1] += model.cargo_mass
     return float(model.sector.copies * (0.5 * mass[1:].sum() * case.cargo.velocity**2 + case.gravity * (mass @ heights)))
+
+
+def _lanes(columns: int) -> int:
+    """Columns rounded up to whole cache lines, over which the kernels loop."""
+    return -(-columns // PAD) * PAD
 
 
 def _rows(count: int, stride: int, fields: Sequence[str], first: int = 0) -> list[Floats]:

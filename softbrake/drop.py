@@ -8,6 +8,7 @@ import threading
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from functools import cached_property
 from pathlib import Path
 from typing import NamedTuple
 
@@ -22,7 +23,8 @@ from softbrake.build import (
     build_sweep,
     grid_view,
     initial_energy,
-    whole_shell,
+    whole_model,
+    whole_nodes,
 )
 from softbrake.case import Case
 from softbrake.kernels.fields import sample_fields
@@ -218,18 +220,32 @@ class Drop:
 
     def whole_shell(self) -> tuple[Model, Nodes]:
         """Return model and nodes of the whole shell, whatever part of it is computed."""
-        return (self.model, self.state.nodes) if self.case.model.fidelity == "full" else whole_shell(self.case, self.state)
+        if self.case.model.fidelity == "full":
+            return self.model, self.state.nodes
+        return self._whole_model, whole_nodes(self.case, self._whole_model, self.model, self.state)
+
+    @cached_property
+    def _whole_model(self) -> Model:
+        return whole_model(self.case)
+
+    @cached_property
+    def _whole_sweep(self) -> Sweep:
+        """Scratch for pictures; that of the steps does where it is of the whole shell, since nothing in it outlives a step."""
+        return self.sweep if self.case.model.fidelity == "full" else build_sweep(self._whole_model)  # type: ignore[return-value]
 
     def fields(self) -> dict[str, Floats]:
         """Return stretches and tensions (N/m) at the nodes of the whole shell, each (n1+1, cells around the hoop)."""
-        model, nodes = self.whole_shell()
+        return self._fields_of(*self.whole_shell())
+
+    def _fields_of(self, model: Model, nodes: Nodes) -> dict[str, Floats]:
         names = ("stretch_generatrix", "stretch_hoop", "tension_generatrix", "tension_hoop")
         fields = {name: np.empty((model.n1 + 1, model.n2)) for name in names}
-        sample_fields(model, nodes, build_sweep(model), *fields.values())
+        sample_fields(model, nodes, self._whole_sweep, *fields.values())
         return fields
 
     def _snapshot(self, file: ResultFile) -> None:
-        (model, nodes), fields = self.whole_shell(), self.fields()
+        model, nodes = self.whole_shell()
+        fields = self._fields_of(model, nodes)
         fields["velocity"] = np.stack([grid_view(part, model) for part in (nodes.u, nodes.v, nodes.w)], axis=-1)
         xyz = np.stack([grid_view(part, model) for part in (nodes.x, nodes.y, nodes.z)], axis=-1)
         file.add_snapshot(
