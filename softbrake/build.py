@@ -163,7 +163,7 @@ def build_state(case: Case, model: Model) -> State:
         last_step=np.zeros(1),
         kinetic_start=np.array([now[History.KINETIC_ENERGY]]),
         peaks=np.zeros((len(Peak), 3)),
-        work=Work(*_rows(1, model.n1 + 1, Work._fields, FREE) if one_column else _rows(1, _lanes(model.n2), Work._fields)),
+        work=Work(*(_rows(1, model.n1 + 1, Work._fields, FREE) if one_column else _rows(1, _lanes(model.n2), Work._fields))),
         folds=build_folds(nodes.x.size if model.contact.folds else 1, edge, PLEATS if one_column else PAIRS_PER_NODE),
     )
 
@@ -187,7 +187,7 @@ def build_folds(nodes: int, edge: float, pairs: int) -> Folds:
 
 def build_sweep(model: Model) -> Sweep:
     """Return the scratch arrays of a step."""
-    n2, stride = model.n2, model.stride
+    lanes, stride = _lanes(model.n2), model.stride
     return Sweep(
         generatrix=Edges(*_rows(2, stride, Edges._fields)),
         hoop=Edges(*_rows(3, stride, Edges._fields)),
@@ -197,11 +197,11 @@ def build_sweep(model: Model) -> Sweep:
         force_above=Rows(*_rows(1, stride, Rows._fields)),
         area=Rows(*_rows(1, stride, Rows._fields)),
         mean=Rows(*_rows(2, stride, Rows._fields)),
-        pressure=_aligned(_lanes(n2)),
-        top_generatrix=Top(_aligned(_lanes(n2)), _aligned(_lanes(n2))),
-        top_hoop=Top(_aligned(_lanes(n2)), _aligned(_lanes(n2))),
-        top_belt=Top(_aligned(_lanes(n2)), _aligned(_lanes(n2))),
-        by_column=ByColumn(*(_aligned(_lanes(n2)) for _ in ByColumn._fields)),
+        pressure=_rows(1, lanes, ("pressure",))[0],
+        top_generatrix=Top(*_rows(1, lanes, Top._fields)),
+        top_hoop=Top(*_rows(1, lanes, Top._fields)),
+        top_belt=Top(*_rows(1, lanes, Top._fields)),
+        by_column=ByColumn(*_rows(1, lanes, ByColumn._fields)),
     )
 
 
@@ -264,11 +264,6 @@ def _rows(count: int, stride: int, fields: Sequence[str], first: int = 0) -> lis
     block = np.zeros((len(fields) + 1) * pitch)
     start = (-block.ctypes.data // block.itemsize - first) % PAD
     return [block[at : at + size] for at in range(start, start + len(fields) * pitch, pitch)]
-
-
-def _aligned(size: int) -> Floats:
-    """Zeros that start on a cache line."""
-    return _rows(1, size, ("zeros",))[0]
 
 
 def _overlap(height: float, width: float, n1: int, h1: float) -> Floats:

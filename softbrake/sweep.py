@@ -154,7 +154,7 @@ def _here(todo: dict[str, Case], threads: int | None, histories: bool) -> Iterat
 def _on_cluster(address: str, todo: dict[str, Case], histories: bool) -> Iterator[tuple[str, Dropped]]:
     """Run cases on the workers of a dask scheduler; a worker's death moves its runs to others."""
     try:
-        from distributed import Client, as_completed
+        from distributed import Client, KilledWorker, as_completed
     except ImportError:
         raise SweepError("--scheduler needs dask: pip install 'softbrake[dask]'") from None
     where = f"--scheduler {address}"
@@ -170,7 +170,7 @@ def _on_cluster(address: str, todo: dict[str, Case], histories: bool) -> Iterato
         tasks = {client.submit(_task, list(part.values()), histories, pure=False): list(part) for part in _parts(todo)}
         for task in as_completed(tasks, loop=client.loop):
             ids = tasks.pop(task)
-            if task.status != "finished":
+            if task.status == "error" and isinstance(task.exception(), KilledWorker):
                 continue  # lost with its workers, several times
             theirs, answers = task.result()
             if theirs != source_hash():

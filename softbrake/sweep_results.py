@@ -27,7 +27,7 @@ STANDARD_GRAVITY = 9.80665  # m/s^2
 MOST_LINES = 24
 MISSING = "not run, or lost with its worker"
 MOST_AXES = 6  # of a scatter matrix
-MOST_DOTS = 300  # over contours
+MOST_DOTS = 1000  # over contours
 COLOURS = (BLUE, ORANGE, GREEN, RED, GREY, INK)
 
 Row = dict[str, Any]
