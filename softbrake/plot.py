@@ -48,17 +48,17 @@ def plot_result(path: Path | str, picture: Path | str, dimensionless: bool = Fal
 
     `dimensionless` divides tensions by `results.tension_scale`. Raises PlotError and ResultError.
     """
-    _save(result_figure(path, dimensionless), picture)
+    save(result_figure(path, dimensionless), picture)
 
 
 def draw_drop(path: Path | str, picture: Path | str, instants: int = 4) -> None:
     """Draw `instants` snapshots side by side in three dimensions, coloured by hoop tension. Raises PlotError and ResultError."""
-    _save(drop_figure(path, instants), picture)
+    save(drop_figure(path, instants), picture)
 
 
 def result_figure(path: Path | str, dimensionless: bool = False) -> Figure:
     """The figure of `plot_result`."""
-    mpl = _matplotlib()
+    mpl = load_matplotlib()
     case, history, summary = read_case(path), read_history(path), read_summary(path)
     scale, unit = 1e3, "kN/m"
     if dimensionless:
@@ -100,7 +100,7 @@ def result_figure(path: Path | str, dimensionless: bool = False) -> Figure:
 
 def drop_figure(path: Path | str, instants: int = 4) -> Figure:
     """The figure of `draw_drop`."""
-    mpl = _matplotlib()
+    mpl = load_matplotlib()
     from matplotlib.collections import PolyCollection
 
     case, shots = read_case(path), read_snapshots(path, "tension_hoop")
@@ -139,7 +139,8 @@ def drop_figure(path: Path | str, instants: int = 4) -> Figure:
     return figure
 
 
-def _matplotlib() -> Any:
+def load_matplotlib() -> Any:
+    """Import what pictures need. Raises PlotError."""
     try:
         import matplotlib.cm
         import matplotlib.colors
@@ -150,10 +151,16 @@ def _matplotlib() -> Any:
     return matplotlib
 
 
-def _save(figure: Figure, picture: Path | str) -> None:
-    suffix = Path(picture).suffix.lower()
-    if suffix not in (".png", ".svg", ".pdf"):
+def check_picture(picture: Path | str) -> None:
+    """Raise PlotError where no picture of this name can be drawn."""
+    if Path(picture).suffix.lower() not in (".png", ".svg", ".pdf"):
         raise PlotError(f"{picture}: the name of a picture ends in .png, .svg or .pdf")
+    load_matplotlib()
+
+
+def save(figure: Figure, picture: Path | str) -> None:
+    """Write a figure to a picture. Raises PlotError."""
+    check_picture(picture)
     try:
         figure.savefig(picture, dpi=150, bbox_inches="tight", pad_inches=0.1)
     except OSError as error:
