@@ -256,6 +256,16 @@ def values_of(case: Case, summary: Summary) -> dict[str, float]:
     }
 
 
+def _one_event(runs: Sequence[Run], name: str) -> bool:
+    """Whether a peak is the same event in all runs: their times lie within 1 % of the drop of each other."""
+    if not name.startswith("peak_"):
+        return True
+    names = ("peak_tension_generatrix", "peak_tension_hoop") if name == "peak_tension" else (name,)
+    peaks = [max((run.summary.peaks[one] for one in names), key=lambda peak: peak.value) for run in runs]
+    times = [peak.time for peak in peaks]
+    return max(times) - min(times) <= 0.01 * runs[-1].summary.end_time
+
+
 def plan(case: Case) -> list[Setting]:
     """Return all settings, the likely cheapest first."""
     least = least_cells(case)
@@ -297,6 +307,7 @@ class _Charter:
     def __init__(self, found: Chart, budget: float, report: Callable[[int, int, str], None]) -> None:
         self.found, self.case, self.report = found, found.case, report
         self.settings = plan(self.case)
+        self.costs: list[tuple[Setting, float]] = []  # seconds that settings took
         for fidelity, scheme, _ in PARTS:
             first = next(one for one in self.settings if one[:2] == (fidelity, scheme))
             Drop(first.apply(self.case)).advance(most=0)  # compiles
@@ -321,15 +332,14 @@ class _Charter:
         self.report(len(found.runs), len(found.runs), "done")
 
     def expected(self, setting: Setting) -> float:
-        """Seconds of a run, from the run of the same kernel that is nearest to it; 0 for the first."""
-        nearest, seconds = math.inf, 0.0
-        for run in self.found.runs:
-            if run.setting[:2] == setting[:2]:
-                cells = setting.generatrix / run.setting.generatrix
-                ratio = cells ** POWERS[setting.fidelity] * run.setting.courant / setting.courant
-                if abs(math.log(ratio)) < nearest:
-                    nearest, seconds = abs(math.log(ratio)), ratio * run.seconds
-        return seconds
+        """Seconds of a run, from the setting of the same kernel that was nearest to it; 0 for the first."""
+        nearest, expected = math.inf, 0.0
+        for other, seconds in self.costs:
+            if other[:2] == setting[:2]:
+                ratio = (setting.generatrix / other.generatrix) ** POWERS[setting.fidelity] * other.courant / setting.courant
+                if abs(math.log(ratio)) <= nearest:
+                    nearest, expected = abs(math.log(ratio)), ratio * seconds
+        return expected
 
     def timed(self, setting: Setting) -> Run:
         """One run of the plan, a short one three times."""
@@ -351,6 +361,7 @@ class _Charter:
             summary = diverged.summary
         if summary.outcome == "interrupted":
             raise KeyboardInterrupt
+        self.costs.append((setting, summary.kernel_seconds))
         return Run(setting, summary, values_of(self.case, summary), summary.kernel_seconds, size)
 
     def refer(self, setting: Setting, seed: int = 0) -> Run:
@@ -374,16 +385,17 @@ class _Charter:
         """
         moved = dict.fromkeys(UNITS, 0.0)
         radius, words = 0.5 * self.case.shell.diameter, ""
-        cells, started = max(PROBE, least_cells(self.case)), time.perf_counter()
+        cells = max(PROBE, least_cells(self.case))
         for n1 in (cells, round(STEPPED * cells)):
-            if n1 > cells and STEPPED**3.5 * (time.perf_counter() - started) > 0.2 * (self.half - time.perf_counter()):
-                break
             setting = Setting("full", "edge", COURANT, n1, _hoop(self.case, "full", n1))
+            if n1 > cells and self.expected(setting) > 0.2 * (self.half - time.perf_counter()):
+                break
             self.report(0, self.planned, f"does it stay round? {setting}")
             try:
                 summary, lopsided = probe(setting.apply(self.case))
             except Diverged:
                 return None, "the full shell diverges on a coarse grid"
+            self.costs.append((setting, summary.kernel_seconds))
             twin = self.run(setting._replace(fidelity="axisymmetric"))
             apart = {name: abs(value - twin.values[name]) for name, value in values_of(self.case, summary).items()}
             moved = {name: max(moved[name], apart[name]) for name in moved}
@@ -394,28 +406,30 @@ class _Charter:
         return moved, f"the full shell stays round: {words}"
 
     def axisymmetric(self, moved: dict[str, float], why: str) -> Reference:
-        """The finest of doubled grids: the index of the last three, two grids a little coarser, and the move of a disturbance."""
+        """The finest of doubled grids; its error by the index of three, two grids beside it, and the move of a disturbance.
+
+        Where the three tell no order, or their peaks are different events, the range of these three and those beside instead.
+        """
         cells = max(GRIDS[2], least_cells(self.case))
         runs: list[Run] = []
         for _ in range(DOUBLINGS + 1):
-            started = time.perf_counter()
             run = self.refer(Setting("axisymmetric", "edge", COURANT, cells, ROUND))
             runs = [*runs, run] if run.summary.outcome != "diverged" else []
-            spent = time.perf_counter() - started
-            if len(runs) >= 3 and 8.0 * 2.3 * spent > self.half - time.perf_counter():  # the next, and two beside it
-                break
             cells *= 2
+            following = self.expected(run.setting._replace(generatrix=cells))
+            if len(runs) >= 3 and 2.5 * following > self.half - time.perf_counter():  # there are two beside it as well
+                break
         if len(runs) < 3:
             raise Diverged("the axisymmetric shell diverges on every grid: there is no reference", run.summary)
         finest = runs[-1]
         beside = [self.refer(finest.setting._replace(generatrix=round(x * finest.setting.generatrix))) for x in (0.85, 0.93)]
         errors = {}
         for name, value in finest.values.items():
-            three = [one.values[name] for one in runs[-3:]]
+            three, others = [one.values[name] for one in runs[-3:]], [one.values[name] for one in beside]
             bound = estimate(three[0], three[1], three[2], 2.0).error
-            if not math.isfinite(bound):
-                bound = CAUTION * (max(three) - min(three))
-            errors[name] = max(bound, *(abs(one.values[name] - value) for one in beside)) + moved[name]
+            if math.isinf(bound) or not _one_event(runs[-3:], name):
+                bound = max(three + others) - min(three + others)
+            errors[name] = max(bound, *(abs(other - value) for other in others)) + moved[name]
         basis = f"axisymmetric shell of {finest.setting.generatrix} cells; {why}"
         return self.made(finest.values, errors, [finest, *beside], basis, finest.setting)
 
@@ -425,17 +439,17 @@ class _Charter:
         means: list[dict[str, float]] = []
         last: list[Run] = []
         while True:
-            n1, started = round(cells), time.perf_counter()
+            n1 = round(cells)
             setting = Setting("full", "edge", COURANT, n1, _hoop(self.case, "full", n1))
             tried = [self.refer(setting, seed + 1) for seed in range(len(SEEDS))]
             runs = [run for run in tried if run.summary.outcome != "diverged"]
             if len(runs) >= len(SEEDS) - 1:
                 means.append({name: statistics.mean(run.values[name] for run in runs) for name in UNITS})
                 last = runs
-            spent = time.perf_counter() - started
-            if STEPPED**3.5 * spent > self.half - time.perf_counter():
-                break
             cells *= STEPPED
+            following = self.expected(setting._replace(generatrix=round(cells)))
+            if len(SEEDS) * following > self.half - time.perf_counter():
+                break
         if not last:
             raise Diverged("the full shell diverges on every grid: there is no reference", tried[-1].summary)
         errors = {}

@@ -234,6 +234,8 @@ def chart(
     case = _load(case_file, overrides)
     picture = output or Path(f"{case_file.stem}-chart.png")
     table = picture.with_suffix(".csv")
+    for file in (picture, table):
+        _check_place(file)
 
     from softbrake import console
     from softbrake.chart import chart as compute
@@ -246,8 +248,6 @@ def chart(
         check_picture(picture)
     except PlotError as error:
         _fail(error)
-    for file in (picture, table):
-        _check_place(file)
     if not quiet and not kernels_cached(case, every=True):
         typer.echo("compiling kernels (first run only, about 15 s) ...", err=True)
     try:
