@@ -1,7 +1,7 @@
 """Work against precision: one drop by many fidelities, grids, steps and schemes, each judged by a reference beyond them all.
 
 The reference is the axisymmetric shell on a grid four times as fine as any shown, where the full shell stays round; else the mean
-of disturbed full shells. It has an error of its own: smaller differences from it say nothing, and are not ranked.
+of disturbed full shells on a grid no coarser than any shown. It has an error of its own: what is nearer to it is not ranked.
 """
 
 from __future__ import annotations
@@ -49,7 +49,8 @@ PARTS: tuple[tuple[Fidelity, Literal["edge", "cell"], tuple[float, ...]], ...] =
 )
 POWERS = {"lumped": 1.0, "axisymmetric": 3.0, "sector": 3.5, "full": 3.5}  # of the grid, by which seconds rise at most
 REPEATED = 1.0  # s, runs below are timed three times
-BEYOND = {"axisymmetric": 4.0, "full": 1.4}  # the reference's grid over the finest shown of its fidelity
+SHARE = 2 / 3  # of the budget, at most, for the reference
+BEYOND = {"axisymmetric": 4.0, "full": 1.0}  # the reference's grid over the finest shown of its fidelity, at least
 UNITS = {"impact_velocity": "m/s", "stroke": "m", "peak_deceleration": "m/s^2", "peak_tension": "N/m"}
 
 
@@ -209,7 +210,7 @@ class Chart:
     def recommended(self, name: str, tolerance: float) -> Run | None:
         """Return the cheapest run that is within the tolerance, as all finer ones of its family are; None without such.
 
-        At least one finer run must confirm it, but for gas alone, which knows no grid. The reference's error counts as well.
+        At least one finer run must confirm it, so gas alone, which knows no grid, never is. The reference's error counts as well.
         """
         if self.reference is None:
             return None
@@ -217,9 +218,7 @@ class Chart:
         good = []
         for family in self.families().values():
             errors = [self.error(run, name) for run in family]
-            for k, run in enumerate(family):
-                if max(errors[k:]) <= most and (k + 1 < len(family) or run.setting.fidelity == "lumped"):
-                    good.append(run)
+            good += [run for k, run in enumerate(family[:-1]) if max(errors[k:]) <= most]
         return min(good, key=lambda run: run.seconds, default=None)
 
 
@@ -312,7 +311,7 @@ class _Charter:
             first = next(one for one in self.settings if one[:2] == (fidelity, scheme))
             Drop(first.apply(self.case)).advance(most=0)  # compiles
         self.end = time.perf_counter() + budget
-        self.half = self.end - 0.5 * budget  # the reference must be done by then
+        self.due = self.end - (1.0 - SHARE) * budget  # by when the reference must be done
         self.planned = len(self.settings)
 
     def fill(self) -> None:
@@ -388,7 +387,7 @@ class _Charter:
         cells = max(PROBE, least_cells(self.case))
         for n1 in (cells, round(STEPPED * cells)):
             setting = Setting("full", "edge", COURANT, n1, _hoop(self.case, "full", n1))
-            if n1 > cells and self.expected(setting) > 0.2 * (self.half - time.perf_counter()):
+            if n1 > cells and self.expected(setting) > 0.2 * (self.due - time.perf_counter()):
                 break
             self.report(0, self.planned, f"does it stay round? {setting}")
             try:
@@ -412,12 +411,12 @@ class _Charter:
         """
         cells = max(GRIDS[2], least_cells(self.case))
         runs: list[Run] = []
-        for _ in range(DOUBLINGS + 1):
+        for _ in range(DOUBLINGS):
             run = self.refer(Setting("axisymmetric", "edge", COURANT, cells, ROUND))
             runs = [*runs, run] if run.summary.outcome != "diverged" else []
             cells *= 2
             following = self.expected(run.setting._replace(generatrix=cells))
-            if len(runs) >= 3 and 2.5 * following > self.half - time.perf_counter():  # there are two beside it as well
+            if len(runs) >= 3 and 2.5 * following > self.due - time.perf_counter():  # there are two beside it as well
                 break
         if len(runs) < 3:
             raise Diverged("the axisymmetric shell diverges on every grid: there is no reference", run.summary)
@@ -448,7 +447,7 @@ class _Charter:
                 last = runs
             cells *= STEPPED
             following = self.expected(setting._replace(generatrix=round(cells)))
-            if len(SEEDS) * following > self.half - time.perf_counter():
+            if len(SEEDS) * following > self.due - time.perf_counter():
                 break
         if not last:
             raise Diverged("the full shell diverges on every grid: there is no reference", tried[-1].summary)
@@ -471,6 +470,7 @@ class _Charter:
         outcomes = frozenset(run.summary.outcome for run in runs)
         names = ("impact_velocity" if "impact" in outcomes else "stroke", "peak_deceleration", "peak_tension")
         kept = {name: values[name] for name in names if values[name] > 0.0}
+        basis += "".join(f"; no {name.replace('_', ' ')}" for name in names if name not in kept)
         least = LEAST_SPEED * runs[0].summary.free_fall_velocity
         return Reference(kept, {name: errors[name] for name in kept}, outcomes, basis, setting, least)
 

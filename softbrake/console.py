@@ -301,7 +301,7 @@ def print_chart(found: Chart, command: str, console: Console | None = None) -> N
 
 
 def _percent(error: float) -> str:
-    return f"{100 * error:.2g} %" if math.isfinite(error) else "unknown"
+    return f"{100 * error:.{2 if error < 0.1 else 3}g} %" if math.isfinite(error) else "unknown"
 
 
 def _line(now: Progress) -> str:

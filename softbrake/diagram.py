@@ -39,7 +39,8 @@ def chart_figure(found: Chart) -> Figure:
     with mpl.rc_context(STYLE):
         count = len(reference.values)
         figure: Figure = mpl.figure.Figure(figsize=(4.2 * count + 3.8, 8.4), layout="constrained")
-        figure.suptitle(f"{found.case.title}\nreference: {reference.basis}", fontsize=11, parse_math=False)
+        basis = textwrap.fill(f"reference: {reference.basis}", 45 * count + 40)
+        figure.suptitle(f"{found.case.title}\n{basis}", fontsize=11, parse_math=False)
         panels: Any = figure.subplots(2, count + 1, squeeze=False, width_ratios=[1.0] * count + [0.9])
         for number, ((above, below), name) in enumerate(zip(panels.T, reference.values, strict=False)):
             _draw_work(above, found, name, labelled=number == 0)
@@ -48,6 +49,7 @@ def chart_figure(found: Chart) -> Figure:
             for axes in (above, below):
                 axes.set_ylim(bottom, top)
                 axes.yaxis.set_major_formatter(lambda value, _: f"{value:g}")
+                axes.yaxis.set_minor_formatter("")
         _draw_rate(panels[0, -1], found)
         _draw_list(panels[1, -1], found)
     return figure
@@ -74,9 +76,9 @@ def _draw_work(axes: Axes, found: Chart, name: str, labelled: bool) -> None:
     assert found.reference is not None
     for key, family in found.families().items():
         _draw_family(axes, found, family, name, [run.seconds for run in family])
-        if labelled and key[2] == max(one[2] for one in found.families() if one[:2] == key[:2]):
-            word, place = _word(*key[:2]), (family[0].seconds, _shown(found, family[0], name))
-            axes.annotate(word, place, (-2, 7), color=COLOURS[key[:2]], **_label())
+        if labelled and key[1:] == ("edge", COURANTS[0]) and key[0] != "sector":  # that would stand on another label
+            place = family[0].seconds, _shown(found, family[0], name)
+            axes.annotate(key[0], place, (-2, 7), color=COLOURS[key[:2]], **_label())
     front = found.front(name)
     axes.step(
         [run.seconds for run in front],
@@ -143,9 +145,10 @@ def _draw_floor(axes: Axes, found: Chart, name: str) -> None:
     """The band below the reference's own error."""
     assert found.reference is not None
     bottom, top = _limits(found, name)
-    axes.axhspan(bottom, min(100.0 * found.reference.error(name), top), color=BAND, zorder=0, linewidth=0)
-    words = "below the reference's own error: not ranked"
-    axes.text(0.02, 0.02, words, transform=axes.transAxes, fontsize=8, color=INK, zorder=0.5)
+    level = min(100.0 * found.reference.error(name), top)
+    axes.axhspan(bottom, level, color=BAND, zorder=0, linewidth=0)
+    place = axes.get_yaxis_transform()
+    axes.text(0.02, level, "below the reference's own error: not ranked", transform=place, va="top", fontsize=8, zorder=0.5)
 
 
 def _word(fidelity: str, scheme: str) -> str:
@@ -169,7 +172,7 @@ def _known(found: Chart, name: str) -> str:
     """How well the reference is known."""
     assert found.reference is not None
     error = found.reference.error(name)
-    return f"± {100.0 * error:.2g} %" if math.isfinite(error) else "± unknown"
+    return f"± {100.0 * error:.{2 if error < 0.1 else 3}g} %" if math.isfinite(error) else "± unknown"
 
 
 def _draw_rate(axes: Axes, found: Chart) -> None:
@@ -183,6 +186,7 @@ def _draw_rate(axes: Axes, found: Chart) -> None:
     axes.set_title("Rate, one thread, contact included")
     axes.set(xscale="log", yscale="log", xlabel="nodes computed", ylabel="ns per node and step")
     axes.yaxis.set_major_formatter(lambda value, _: f"{value:g}")
+    axes.yaxis.set_minor_formatter(lambda value, _: f"{value:g}" if f"{value:g}"[0] in "25" else "")
 
 
 def _draw_list(axes: Axes, found: Chart) -> None:
