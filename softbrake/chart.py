@@ -234,9 +234,10 @@ def pareto(points: Sequence[tuple[float, float]]) -> list[int]:
 def fitted_order(cells: Sequence[int], errors: Sequence[float], floor: float) -> float | None:
     """Return the power of the cell size by which errors fall: least squares of the logarithms.
 
-    Of errors above twice the floor only; None where these are fewer than three, or where a power explains less than 0.8 of them.
+    Of errors above twice the floor and within the loosest tolerance only, since coarser grids know no power yet. None where these
+    are fewer than three, or where a power explains less than 0.8 of them.
     """
-    points = [(-math.log(n), math.log(e)) for n, e in zip(cells, errors, strict=True) if 2.0 * floor < e < math.inf and e > 0.0]
+    points = [(-math.log(n), math.log(e)) for n, e in zip(cells, errors, strict=True) if 2 * floor < e <= TOLERANCES[0]]
     if len(points) < 3:
         return None
     x, y = [point[0] for point in points], [point[1] for point in points]

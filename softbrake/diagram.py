@@ -15,13 +15,14 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-COLOURS = {  # fidelity and scheme, as Okabe and Ito's palette told apart by the colour-blind
+COLOURS = {
     ("lumped", "edge"): GREY,
     ("axisymmetric", "edge"): BLUE,
     ("sector", "edge"): GREEN,
     ("full", "edge"): ORANGE,
     ("full", "cell"): RED,
 }
+DASHES = {("sector", "edge"): (0, (4, 1.5)), ("full", "cell"): (0, (1, 1))}  # green and red are not for all eyes; others solid
 MARKERS = dict(zip(COURANTS, ("o", "s", "^", "D"), strict=True))
 BAND = "#ececec"
 
@@ -123,10 +124,10 @@ def _draw_family(axes: Axes, found: Chart, family: Sequence[Run], name: str, pla
     """A line through the runs of a family; failures are crosses at the top, errors below the reference's own hollow."""
     assert found.reference is not None
     fidelity, scheme, courant = family[0].setting.family
-    colour, main = COLOURS[fidelity, scheme], courant == COURANTS[0]
+    colour, dashes, main = COLOURS[fidelity, scheme], DASHES.get((fidelity, scheme), "-"), courant == COURANTS[0]
     sound = [(place, run) for place, run in zip(places, family, strict=True) if math.isfinite(found.error(run, name))]
     heights = [_shown(found, run, name) for _, run in sound]
-    axes.plot([place for place, _ in sound], heights, color=colour, linewidth=1.6 if main else 0.5)
+    axes.plot([place for place, _ in sound], heights, color=colour, linestyle=dashes, linewidth=1.6 if main else 0.6)
     for place, run in zip(places, family, strict=True):
         failed = math.isinf(found.error(run, name))
         below = found.error(run, name) < found.reference.error(name)
@@ -178,11 +179,12 @@ def _known(found: Chart, name: str) -> str:
 def _draw_rate(axes: Axes, found: Chart) -> None:
     """Kernel time of a node and step against the nodes that are computed."""
     for (fidelity, scheme, courant), family in found.families().items():
-        points = [((run.setting.generatrix + 1) * run.setting.columns, run.nanoseconds) for run in family if run.nanoseconds]
-        if points:
-            axes.plot(
-                *zip(*points, strict=True), MARKERS[courant] + "-", color=COLOURS[fidelity, scheme], markersize=4, linewidth=0.6
-            )
+        if fidelity == "lumped":
+            continue
+        nodes = [(run.setting.generatrix + 1) * run.setting.columns for run in family]
+        dashes, width = DASHES.get((fidelity, scheme), "-"), 1.6 if courant == COURANTS[0] else 0.6
+        style: dict[str, Any] = {"color": COLOURS[fidelity, scheme], "linestyle": dashes, "markersize": 4, "linewidth": width}
+        axes.plot(nodes, [run.nanoseconds or math.nan for run in family], MARKERS[courant], **style)
     axes.set_title("Rate, one thread, contact included")
     axes.set(xscale="log", yscale="log", xlabel="nodes computed", ylabel="ns per node and step")
     axes.yaxis.set_major_formatter(lambda value, _: f"{value:g}")
@@ -195,7 +197,8 @@ def _draw_list(axes: Axes, found: Chart) -> None:
     axes.set_axis_off()
     for (fidelity, scheme), colour in COLOURS.items():
         if any(run.setting[:2] == (fidelity, scheme) for run in found.runs):
-            axes.plot([], [], color=colour, linewidth=3, label=_word(fidelity, scheme))
+            dashes = DASHES.get((fidelity, scheme), "-")
+            axes.plot([], [], color=colour, linestyle=dashes, linewidth=2.5, label=_word(fidelity, scheme))
     for courant, marker in MARKERS.items():
         axes.plot([], [], marker, color=INK, markersize=5, label=f"Courant {courant:g}")
     axes.plot([], [], "o", color=INK, markerfacecolor="white", markersize=5, label="not ranked")

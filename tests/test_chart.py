@@ -59,14 +59,15 @@ def test_errors_below_that_of_the_reference_are_not_ranked() -> None:
 @pytest.mark.parametrize("order", [1.0, 2.0, 3.0])
 def test_fitted_order(order: float) -> None:
     cells = [9, 18, 36, 72, 144]
-    errors = [0.7 * n**-order for n in cells]
+    errors = [0.4 * n**-order for n in cells]
     assert fitted_order(cells, errors, 0.0) == pytest.approx(order)
     floor = 0.9 * errors[3]  # what the reference cannot tell is left out, whatever it says
     assert fitted_order(cells, [*errors[:3], 1e-9, 0.9 * floor], floor) == pytest.approx(order)
+    assert fitted_order([3, 6, *cells], [math.inf, 0.9, *errors], 0.0) == pytest.approx(order)  # too coarse, as yet
     assert fitted_order(cells, [math.inf, *errors[1:]], 0.0) == pytest.approx(order)
     assert fitted_order(cells[:2], errors[:2], 0.0) is None
-    assert fitted_order(cells, [0.1, 0.3, 0.05, 0.4, 0.08], 0.0) is None
-    assert fitted_order(cells, [0.1] * 5, 0.0) is None
+    assert fitted_order(cells, [0.01, 0.03, 0.005, 0.04, 0.008], 0.0) is None
+    assert fitted_order(cells, [0.01] * 5, 0.0) is None
 
 
 def test_recommended_is_the_cheapest_that_finer_runs_confirm() -> None:
