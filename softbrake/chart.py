@@ -19,6 +19,7 @@ from typing import Literal, NamedTuple
 from softbrake.case import Case, Fidelity
 from softbrake.convergence import CAUTION, estimate
 from softbrake.drop import Diverged, Drop
+from softbrake.keys import UNKNOWN_CONTACT
 from softbrake.ladder import (
     COURANT,
     DOUBLINGS,
@@ -151,7 +152,7 @@ class Chart:
     reference: Reference | None = None  # None where it was interrupted
     reference_runs: list[Run] = field(default_factory=list)
     runs: list[Run] = field(default_factory=list)
-    left_out: list[tuple[Setting, float | None]] = field(default_factory=list)  # and seconds; None: too near the reference
+    left_out: list[tuple[Setting, float | None]] = field(default_factory=list)  # and seconds; None: too fine for the reference
     interrupted: bool = False
 
     def failure(self, run: Run) -> str | None:
@@ -195,7 +196,13 @@ class Chart:
         lines = []
         for (who, near), grids in kinds.items():
             least = min(seconds for _, seconds in grids)
-            reason = "too near the reference's grid" if near else f"would take {least:.2g} s or more" if least else "no time left"
+            reason = (
+                "too fine for the reference to judge"
+                if near
+                else f"would take {least:.2g} s or more"
+                if least
+                else "no time left"
+            )
             lines.append(f"{who}: {', '.join(str(n1) for n1 in sorted({n1 for n1, _ in grids}))} cells, {reason}")
         return lines
 
@@ -267,10 +274,12 @@ def _one_event(runs: Sequence[Run], name: str) -> bool:
 
 
 def plan(case: Case) -> list[Setting]:
-    """Return all settings, the likely cheapest first."""
+    """Return all settings that know the case's contact, the likely cheapest first."""
     least = least_cells(case)
     settings = {PAPER} if least <= PAPER.generatrix else set()
     for fidelity, scheme, courants in PARTS:
+        if {*case.contact} & {*UNKNOWN_CONTACT[fidelity]} - {"axis"}:  # it would answer another question
+            continue
         for courant in courants:
             grids = [n1 for n1 in GRIDS if n1 >= least] or [least]
             if fidelity == "lumped":
@@ -308,9 +317,8 @@ class _Charter:
         self.found, self.case, self.report = found, found.case, report
         self.settings = plan(self.case)
         self.costs: list[tuple[Setting, float]] = []  # seconds that settings took
-        for fidelity, scheme, _ in PARTS:
-            first = next(one for one in self.settings if one[:2] == (fidelity, scheme))
-            Drop(first.apply(self.case)).advance(most=0)  # compiles
+        for setting in {one.fidelity: one for one in self.settings}.values():
+            Drop(setting.apply(self.case)).advance(most=0)  # compiles
         self.end = time.perf_counter() + budget
         self.due = self.end - (1.0 - SHARE) * budget  # by when the reference must be done
         self.planned = len(self.settings)
@@ -332,14 +340,18 @@ class _Charter:
         self.report(len(found.runs), len(found.runs), "done")
 
     def expected(self, setting: Setting) -> float:
-        """Seconds of a run, from the setting of the same kernel that was nearest to it; 0 for the first."""
-        nearest, expected = math.inf, 0.0
-        for other, seconds in self.costs:
-            if other[:2] == setting[:2]:
-                ratio = (setting.generatrix / other.generatrix) ** POWERS[setting.fidelity] * other.courant / setting.courant
-                if abs(math.log(ratio)) <= nearest:
-                    nearest, expected = abs(math.log(ratio)), ratio * seconds
-        return expected
+        """Seconds of a run: the least that any coarser one of the same kernel lets expect; 0 where there is none.
+
+        Seconds rise with the grid by POWERS at most, and with one over the Courant number at most.
+        """
+        return min(
+            (
+                seconds * (setting.generatrix / other.generatrix) ** POWERS[setting.fidelity] * other.courant / setting.courant
+                for other, seconds in self.costs
+                if other[:2] == setting[:2] and other.generatrix <= setting.generatrix and other.courant >= setting.courant
+            ),
+            default=0.0,
+        )
 
     def timed(self, setting: Setting) -> Run:
         """One run of the plan, a short one three times."""

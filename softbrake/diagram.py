@@ -78,7 +78,8 @@ def _draw_work(axes: Axes, found: Chart, name: str, labelled: bool) -> None:
     for key, family in found.families().items():
         _draw_family(axes, found, family, name, [run.seconds for run in family])
         if labelled and key[1:] == ("edge", COURANTS[0]) and key[0] != "sector":  # that would stand on another label
-            place = family[0].seconds, _shown(found, family[0], name)
+            first = next((run for run in family if found.failure(run) is None), family[0])
+            place = first.seconds, _shown(found, first, name)
             axes.annotate(key[0], place, (-2, 7), color=COLOURS[key[:2]], **_label())
     front = found.front(name)
     axes.step(

@@ -101,7 +101,7 @@ def test_omissions_are_said_by_family() -> None:
     found.left_out.append((Setting("axisymmetric", "edge", 0.9, 144, 720), None))
     assert found.omissions() == [
         "full, cell scheme, Courant 0.02: 36, 72 cells, would take 5 s or more",
-        "axisymmetric: 144 cells, too near the reference's grid",
+        "axisymmetric: 144 cells, too fine for the reference to judge",
     ]
 
 
@@ -117,6 +117,8 @@ def test_plan_holds_the_papers_setting_and_whole_sectors() -> None:
             assert applied.grid.hoop == 10 * applied.model.sector
         if setting.fidelity == "full":
             assert applied.grid.hoop / applied.grid.generatrix == pytest.approx(2.5, rel=0.05)
+    folds = package.load_case(CONFIGS / "paper-contact.yaml")
+    assert {setting.fidelity for setting in plan(folds)} == {"lumped", "axisymmetric", "full"}  # a sector knows no folds
     many = package.load_case(CONFIGS / "paper.yaml", ["belts.count=30", "grid.generatrix=90", "belts.width=2 mm"])
     assert min(setting.generatrix for setting in plan(many)) >= 18  # half a cell off the covers
 
