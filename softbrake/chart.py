@@ -196,13 +196,8 @@ class Chart:
         lines = []
         for (who, near), grids in kinds.items():
             least = min(seconds for _, seconds in grids)
-            reason = (
-                "too fine for the reference to judge"
-                if near
-                else f"would take {least:.2g} s or more"
-                if least
-                else "no time left"
-            )
+            reason = f"would take {least:.2g} s or more" if least else "no time left"
+            reason = "too fine for the reference to judge" if near else reason
             lines.append(f"{who}: {', '.join(str(n1) for n1 in sorted({n1 for n1, _ in grids}))} cells, {reason}")
         return lines
 

@@ -198,12 +198,13 @@ def test_a_cargo_that_stops_has_a_stroke() -> None:
     assert 0.05 < found.reference.values["stroke"] < 0.6
 
 
-def test_interrupt_keeps_what_was_done(tmp_path: Path) -> None:
+def test_interrupt_keeps_what_was_done(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     def report(done: int, planned: int, doing: str) -> None:
         if done == 3:
             raise KeyboardInterrupt
 
-    found = chart(package.load_case(SCENE, ["time.end=20 ms"]), 10.0, report)
+    monkeypatch.setattr(module, "DOUBLINGS", 3)
+    found = chart(package.load_case(SCENE, ["time.end=20 ms"]), 1e6, report)
     assert found.interrupted and len(found.runs) == 3
     write_csv(found, tmp_path / "chart.csv")
     assert [line["role"] for line in lines_of(tmp_path / "chart.csv")].count("run") == 3
@@ -243,7 +244,7 @@ def replace_runs(found: Chart) -> Chart:
 
 def test_command(softbrake: Command, tmp_path: Path) -> None:
     pytest.importorskip("matplotlib")
-    done = softbrake("chart", SCENE, "--budget", "6", *BRIEF, "-o", "work.svg")
+    done = softbrake("chart", SCENE, "--budget", "10", *BRIEF, "-o", "work.svg")
     assert done.returncode == 0, done.stderr
     assert (tmp_path / "work.svg").read_bytes()[:5] == b"<?xml"
     lines = lines_of(tmp_path / "work.csv")
@@ -285,7 +286,7 @@ def test_bad_input(arguments: tuple[str, ...], fault: str, softbrake: Command, t
 
 def test_interrupted_command_writes_what_it_has(tmp_path: Path, environment: dict[str, str]) -> None:
     pytest.importorskip("matplotlib")
-    command = [sys.executable, "-m", "softbrake", "chart", str(SCENE), *BRIEF, "--budget", "6"]
+    command = [sys.executable, "-m", "softbrake", "chart", str(SCENE), *BRIEF, "--budget", "10"]
     running = subprocess.Popen(command, cwd=tmp_path, env=environment, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
     assert running.stderr is not None
     for line in running.stderr:
