@@ -196,7 +196,7 @@ class Chart:
         lines = []
         for (who, near), grids in kinds.items():
             least = min(seconds for _, seconds in grids)
-            reason = f"would take {least:.2g} s or more" if least else "no time left"
+            reason = f"may take {float(f'{least:.2g}'):g} s and more" if least else "no time left"
             reason = "too fine for the reference to judge" if near else reason
             lines.append(f"{who}: {', '.join(str(n1) for n1 in sorted({n1 for n1, _ in grids}))} cells, {reason}")
         return lines

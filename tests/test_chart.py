@@ -100,7 +100,7 @@ def test_omissions_are_said_by_family() -> None:
     found.left_out = [(Setting("full", "cell", 0.02, n, 2 * n), s) for n, s in ((36, 5.0), (72, 80.0))]
     found.left_out.append((Setting("axisymmetric", "edge", 0.9, 144, 720), None))
     assert found.omissions() == [
-        "full, cell scheme, Courant 0.02: 36, 72 cells, would take 5 s or more",
+        "full, cell scheme, Courant 0.02: 36, 72 cells, may take 5 s and more",
         "axisymmetric: 144 cells, too fine for the reference to judge",
     ]
 
