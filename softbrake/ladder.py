@@ -30,6 +30,8 @@ PROBE = 36  # cells along the generatrix of the full shell that is asked whether
 # Of the radius, disturbances of the places at the start: from what sewing leaves to what nobody could measure. No case says how
 # round its shell is, and where symmetry is lost the answer hangs on when, so an ensemble takes one of each.
 SEEDS = (1e-3, 1e-4, 1e-5, 1e-6)
+DOUBTFUL = 10.0  # times a disturbance: a shell that is round but let it grow by more is asked on a finer grid
+FINER = 10.0  # times the seconds of a full shell, for one on twice as fine a grid
 OUT_OF_ROUND = 0.05  # of the radius: more, and the shell is not axisymmetric; its square, 0.25 %, is what the answer feels
 STEPPED = 1.5  # refinement of the full shell
 LEAST_SPEED = 0.05  # of the free-fall velocity: tolerances of smaller impact velocities are parts of this
@@ -256,8 +258,21 @@ class _Climber:
         return _Found(case, runs[4], mean, error, peaks, sensitive=True)
 
     def out_of_round(self) -> str | None:
-        """Ask the full shell on a coarse grid, disturbed, whether it stays round; errors take up by how much its answer moves."""
+        """Ask the full shell, disturbed, whether it stays round; errors take up by how much its answer moves.
+
+        A coarse grid may hide what a finer one shows: if it lets the disturbance grow much, twice as fine a grid is asked.
+        """
         cells = max(PROBE, self.coarsest)
+        started = time.perf_counter()
+        reason, grown = self.not_round(cells)
+        if reason is not None or grown <= DOUBTFUL * SEEDS[0]:
+            return reason
+        if FINER * (time.perf_counter() - started) > self.left():
+            return "whether the shell stays round takes a finer grid than the budget allows"
+        return self.not_round(2 * cells)[0]
+
+    def not_round(self, cells: int) -> tuple[str | None, float]:
+        """Say why the full shell on a grid is not round, None if it is; and how far it gets out of round, over the radius."""
         case = level(self.case, "full", cells, 2 * cells)
         started = time.perf_counter()
         try:
@@ -266,16 +281,17 @@ class _Climber:
             twin, _ = _timed(level(self.case, "axisymmetric", cells, 2 * cells))
         except Diverged as diverged:
             self.book(case, None, None, time.perf_counter() - started, f"diverged: {str(diverged)[:60]}")
-            return "the shell diverges on a coarse grid"
+            return "the shell diverges on a coarse grid", math.inf
         apart = abs(value - speed_of(twin))
         seconds = time.perf_counter() - started
+        part = lopsided / (0.5 * self.case.shell.diameter)
         grown = f"a disturbance of {SEEDS[0]:g} R grows to {lopsided * 1e3:.2g} mm and moves the answer by {apart:.2g} m/s"
-        if lopsided > OUT_OF_ROUND * 0.5 * self.case.shell.diameter or apart > self.allowed(value):
+        if part > OUT_OF_ROUND or apart > self.allowed(value):
             self.book(case, value, None, seconds, f"not round: {grown}")
-            return "the shell does not stay round"
+            return "the shell does not stay round", part
         self.book(case, value, None, seconds, f"round: {grown}")
         self.apart = apart
-        return None
+        return None, part
 
     def full(self, settled: float | None) -> _Found:
         """Refine ensembles of disturbed full shells: the error is their spread and that of the grid.
