@@ -315,20 +315,21 @@ class _Charter:
         self.costs: list[tuple[Setting, float]] = []  # seconds that settings took
         for setting in {one.fidelity: one for one in self.settings}.values():
             Drop(setting.apply(self.case)).advance(most=0)  # compiles
-        self.end = time.perf_counter() + budget
-        self.due = self.end - (1.0 - SHARE) * budget  # by when the reference must be done
+        self.budget = budget
+        self.due = time.perf_counter() + SHARE * budget  # by when the reference should be done
         self.planned = len(self.settings)
 
     def fill(self) -> None:
         """The reference first, then all runs by rising cost as far as there is time."""
         found = self.found
         found.reference = reference = self.reference()
+        end = max(self.due, time.perf_counter()) + (1.0 - SHARE) * self.budget
         for setting in self.settings:
             doing = self.expected(setting)
             same = setting.fidelity == reference.setting.fidelity
             if same and BEYOND[setting.fidelity] * setting.generatrix > reference.setting.generatrix:
                 found.left_out.append((setting, None))
-            elif time.perf_counter() + doing * (3.0 if doing < REPEATED else 1.0) > self.end:
+            elif time.perf_counter() + doing * (3.0 if doing < REPEATED else 1.0) > end:
                 found.left_out.append((setting, doing))
             else:
                 self.report(len(found.runs), self.planned - len(found.left_out), str(setting))
