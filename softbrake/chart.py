@@ -320,11 +320,12 @@ class _Charter:
         self.planned = len(self.settings)
 
     def fill(self) -> None:
-        """The reference first, then all runs by rising cost as far as there is time."""
+        """The reference first, then all runs by rising cost as far as there is time; the paper's setting before them if it fits."""
         found = self.found
         found.reference = reference = self.reference()
         end = max(self.due, time.perf_counter()) + (1.0 - SHARE) * self.budget
-        for setting in self.settings:
+        first = [one for one in self.settings if one == PAPER and self.expected(one) < 0.5 * (end - time.perf_counter())]
+        for setting in dict.fromkeys([*first, *self.settings]):
             doing = self.expected(setting)
             same = setting.fidelity == reference.setting.fidelity
             if same and BEYOND[setting.fidelity] * setting.generatrix > reference.setting.generatrix:

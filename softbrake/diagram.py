@@ -40,7 +40,7 @@ def chart_figure(found: Chart) -> Figure:
     with mpl.rc_context(STYLE):
         count = len(reference.values)
         figure: Figure = mpl.figure.Figure(figsize=(4.2 * count + 3.8, 8.4), layout="constrained")
-        basis = textwrap.fill(f"reference: {reference.basis}", 45 * count + 40)
+        basis = textwrap.fill(f"reference: {reference.basis}", 50 * count + 40)
         figure.suptitle(f"{found.case.title}\n{basis}", fontsize=11, parse_math=False)
         panels: Any = figure.subplots(2, count + 1, squeeze=False, width_ratios=[1.0] * count + [0.9])
         for number, ((above, below), name) in enumerate(zip(panels.T, reference.values, strict=False)):
