@@ -320,7 +320,7 @@ class _Charter:
         self.planned = len(self.settings)
 
     def fill(self) -> None:
-        """The reference first, then all runs by rising cost as far as there is time; the paper's setting before them if it fits."""
+        """The reference, the paper's setting if it fits, then all runs by rising cost as far as there is time."""
         found = self.found
         found.reference = reference = self.reference()
         end = max(self.due, time.perf_counter()) + (1.0 - SHARE) * self.budget
