@@ -25,7 +25,7 @@ from softbrake.keys import (
     schema,
     starter,
 )
-from softbrake.overrides import apply_override
+from softbrake.overrides import Override, apply_override
 from softbrake.yamlnodes import Node, Place, YamlError, join, parse
 
 __all__ = [
@@ -179,21 +179,25 @@ def load_case(path: str | Path, overrides: Sequence[str] = ()) -> Case:
     overrides: texts such as `fabric.E=18.75kN/m`, applied in turn to the keys of the file.
     Raises CaseError with all faults of the file and the overrides.
     """
+    return parse_case(read_text(path), str(path), overrides)
+
+
+def read_text(path: str | Path) -> str:
+    """Text of a case file. Raises CaseError."""
     try:
         content = Path(path).read_bytes()
     except OSError as error:
         raise CaseError([f"{path}: {error.strerror or error}; a case file is wanted"]) from None
     try:
-        text = content.decode("utf-8-sig")
+        return content.decode("utf-8-sig")
     except UnicodeDecodeError as error:
         before = content[: error.start]
         line, column = before.count(b"\n") + 1, error.start - before.rfind(b"\n")
         fault = f"{path}:{line}:{column}: byte 0x{content[error.start]:02x} is not UTF-8; a text file in UTF-8 is wanted"
         raise CaseError([fault]) from None
-    return parse_case(text, str(path), overrides)
 
 
-def parse_case(text: str, name: str, overrides: Sequence[str] = ()) -> Case:
+def parse_case(text: str, name: str, overrides: Sequence[str | Override] = ()) -> Case:
     """Read the text of a case file; `name` stands in messages and gives the default title. Raises CaseError."""
     check = _CaseChecker()
 
@@ -210,7 +214,8 @@ def parse_case(text: str, name: str, overrides: Sequence[str] = ()) -> Case:
         check.fault(place, "", "not a mapping" if root else "an empty file", "sections such as 'shell:' are wanted")
         raise CaseError(check.messages())
     for index, override in enumerate([overrides] if isinstance(overrides, str) else overrides):
-        apply_override(root, override, Place((1, index, 0), f"--set {override}"), check.fault)
+        change = override if isinstance(override, Override) else Override(override, Place((1, index, 0), f"--set {override}"))
+        apply_override(root, change.text, change.place, check.fault)
     case = check.case(root, Path(name).stem)
     if case is None:
         raise CaseError(check.messages())
@@ -235,7 +240,7 @@ def case_to_dict(case: Case) -> dict[str, Any]:
 class _CaseChecker(Checker):
     def case(self, root: Node, stem: str) -> Case | None:
         """The checked case, None if there are faults."""
-        top = self.section(root, "", TOP, others=("contact", *SECTIONS))
+        top = self.section(root, "", TOP, others=("contact", "sweep", *SECTIONS))
         shell = self.named(root, "shell")
         fabric = self.fabric(root, shell)
         grid = self.named(root, "grid")

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, NoReturn
+from typing import TYPE_CHECKING, Annotated, Any, NoReturn
 
 import typer
 
@@ -11,7 +11,9 @@ from softbrake import __version__
 
 if TYPE_CHECKING:
     from softbrake.case import Case
+    from softbrake.designs import Designs
     from softbrake.summary import Summary
+    from softbrake.sweep import Plan
 
 FAILED, BAD_INPUT, INTERRUPTED = 1, 2, 130
 
@@ -125,7 +127,7 @@ def run(
 @app.command()
 def check(case_file: CaseFile, overrides: Overrides = None) -> None:
     """Check a case file and print what it means, without running it."""
-    case = _load(case_file, overrides)
+    case, designs = _load(case_file, overrides), _designs(case_file, overrides)
     heights = ", ".join(f"{belt.height:.4g}" for belt in case.belts)
     free_fall = (case.cargo.velocity**2 + 2 * case.gravity * case.shell.height) ** 0.5
     typer.echo(
@@ -138,6 +140,8 @@ def check(case_file: CaseFile, overrides: Overrides = None) -> None:
         f"  viscosity           {case.fabric.viscosity:.4g} N*s/m\n"
         f"  free-fall velocity  {free_fall:.5f} m/s"
     )
+    if designs.axes:
+        typer.echo(f"  sweep               {len(designs.all)} runs over {', '.join(axis.path for axis in designs.axes)}")
 
 
 @app.command()
@@ -218,6 +222,89 @@ def plot(
 
 
 @app.command()
+def sweep(
+    case_file: CaseFile,
+    vary: Annotated[
+        list[str] | None,
+        typer.Option(
+            "--vary", metavar="PATH=VALUES", help="As fabric.E=15kN/m,20kN/m or fabric.E=10kN/m:30kN/m:200[:log]. Repeatable."
+        ),
+    ] = None,
+    mode: Annotated[
+        str | None, typer.Option("--mode", metavar="MODE", help="grid, zip or lhs: all combinations, side by side, sampled.")
+    ] = None,
+    samples: Annotated[int | None, typer.Option("--samples", metavar="N", help="Runs of mode lhs.")] = None,
+    seed: Annotated[int | None, typer.Option("--seed", metavar="N", help="Of mode lhs.")] = None,
+    overrides: Overrides = None,
+    output: Annotated[
+        Path | None, typer.Option("--output", "-o", metavar="FOLDER", help="Default: CASE's name with -sweep, here.")
+    ] = None,
+    threads: Annotated[int | None, typer.Option("--threads", metavar="N", min=1, help="Default: one a core.")] = None,
+    scheduler: Annotated[
+        str | None, typer.Option("--scheduler", metavar="ADDRESS", help="Run on the workers of a dask scheduler, tcp://…")
+    ] = None,
+    shard: Annotated[
+        str | None, typer.Option("--shard", metavar="I/N", help="Run each N-th case from the I-th on; see merge.")
+    ] = None,
+    histories: Annotated[bool, typer.Option("--histories", help="Keep the histories of all runs in histories.h5.")] = False,
+    json: Annotated[bool, typer.Option("--json", help="Print a JSON object a run, one a line.")] = False,
+    quiet: Annotated[bool, typer.Option("--quiet", "-q", help="No progress.")] = False,
+) -> None:
+    """Run a case with many values; the same command again goes on where it was broken off."""
+    designs = _designs(case_file, overrides, vary, mode=mode, samples=samples, seed=seed)
+    if not designs.axes:
+        _fail(f"{case_file}: no section sweep; one, or --vary fabric.E=10kN/m:30kN/m:200, is wanted")
+    if scheduler is not None and threads is not None:
+        _fail("--scheduler and --threads exclude each other: workers have threads of their own")
+    number, of = _shard(shard)
+    folder = output or Path(f"{case_file.stem}-sweep")
+    if folder.exists() and not folder.is_dir():
+        _fail(f"{folder}: is not a folder; --output must name one")
+
+    from softbrake import console
+    from softbrake.drop import kernels_cached
+    from softbrake.sweep import Shard, SweepError, read_journals, run_sweep
+
+    by_fidelity = {design.case.model.fidelity: design.case for design in designs.all}
+    if not quiet and scheduler is None and not all(map(kernels_cached, by_fidelity.values())):
+        typer.echo("compiling kernels (first run only, about 10 s) ...", err=True)
+    try:
+        with console.runs_progress(quiet=quiet) as progress:
+            plan = run_sweep(
+                designs,
+                folder,
+                shard=Shard(number, of),
+                threads=threads,
+                scheduler=scheduler,
+                histories=histories,
+                progress=progress,
+            )
+    except SweepError as error:
+        _fail(error)
+    except KeyboardInterrupt:
+        _fail(f"interrupted; the same command goes on from here, softbrake merge {folder} shows what is done", INTERRUPTED)
+    if of > 1:
+        typer.echo(f"shard {number} of {of} is done; when all are: softbrake merge {folder}", err=True)
+        return
+    _show_sweep(plan, read_journals(folder), folder, json)
+
+
+@app.command()
+def merge(
+    folders: Annotated[list[Path], typer.Argument(metavar="FOLDER...", help="Of a sweep; the first one gets the results.")],
+    json: Annotated[bool, typer.Option("--json", help="Print a JSON object a run, one a line.")] = False,
+) -> None:
+    """Put the shards of a sweep together."""
+    from softbrake.sweep import SweepError, merge_folders
+
+    try:
+        plan, records = merge_folders(folders)
+    except SweepError as error:
+        _fail(error)
+    _show_sweep(plan, records, folders[0], json)
+
+
+@app.command()
 def chart(
     case_file: CaseFile,
     overrides: Overrides = None,
@@ -268,11 +355,54 @@ def chart(
         _fail("interrupted", INTERRUPTED)
 
 
+def _shard(text: str | None) -> tuple[int, int]:
+    number, slash, of = (text or "1/1").partition("/")
+    if not (slash and number.isdecimal() and of.isdecimal() and 1 <= int(number) <= int(of)):
+        _fail(f"--shard {text}: a part of the runs such as 1/4, 2/4, 3/4 or 4/4 is wanted")
+    return int(number), int(of)
+
+
+def _show_sweep(plan: Plan, records: dict[str, Any], folder: Path, json: bool) -> None:
+    """Write the results of a sweep and print them; exit 1 where a run has no answer."""
+    from softbrake import console, sweep_results
+    from softbrake.plot import PlotError
+
+    table = sweep_results.rows(plan, records)
+    try:
+        sweep_results.write_results(folder, plan, table)
+    except OSError as error:
+        _fail(f"{folder}: {error.strerror or error}", FAILED)
+    if json:
+        for row in table:
+            typer.echo(console.line_json(row))
+    else:
+        sweep_results.print_table(plan, table)
+    try:
+        sweep_results.draw_sweep(plan, table, folder / sweep_results.PICTURE)
+        written = f"{sweep_results.RESULTS} and {sweep_results.PICTURE}"
+    except PlotError as error:
+        typer.echo(str(error), err=True)
+        written = sweep_results.RESULTS
+    typer.echo(f"{written} in {folder}", err=json)
+    if sweep_results.failures(table):
+        raise typer.Exit(FAILED)
+
+
 def _load(path: Path, overrides: list[str] | None) -> Case:
     from softbrake.case import CaseError, load_case
 
     try:
         return load_case(path, overrides or ())
+    except CaseError as error:
+        _fail(error)
+
+
+def _designs(path: Path, overrides: list[str] | None, vary: list[str] | None = None, **settings: str | int | None) -> Designs:
+    from softbrake.case import CaseError
+    from softbrake.designs import load_designs
+
+    try:
+        return load_designs(path, overrides or (), vary or (), settings)
     except CaseError as error:
         _fail(error)
 

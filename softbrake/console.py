@@ -48,6 +48,11 @@ def row_json(row: dict[str, float]) -> str:
     return json.dumps(_finite({"outcome": "unfinished", "last_row": row}), indent=2, allow_nan=False)
 
 
+def line_json(row: dict[str, Any]) -> str:
+    """One run of a sweep as one JSON object on one line."""
+    return json.dumps(_finite(row), ensure_ascii=False, allow_nan=False)
+
+
 def _finite(value: Any) -> Any:
     if isinstance(value, dict):
         return {key: _finite(item) for key, item in value.items()}
@@ -306,3 +311,40 @@ def _percent(error: float) -> str:
 
 def _line(now: Progress) -> str:
     return f"t {now.time:.4f} s  V {now.velocity:6.3f} m/s  H {now.height:.4f} m  {now.steps} steps"
+
+
+@contextmanager
+def runs_progress(*, quiet: bool) -> Iterator[Callable[[int, int, bool], None] | None]:
+    """Give the callback of a sweep: runs done, of all, and whether the last was computed now; else as `progress`."""
+    started, computed, last = time.monotonic(), 0, time.monotonic()
+    console = Console(stderr=True, highlight=False)
+    live = not quiet and sys.stderr.isatty() and console.is_interactive
+
+    def line(done: int, total: int) -> str:
+        seconds = time.monotonic() - started
+        rate = computed / seconds if computed and seconds > 0.0 else 0.0
+        left = f", {(total - done) / rate:.0f} s left" if rate > 0.0 else ""
+        return f"{done} of {total} runs" + (f", {rate:.3g} a second{left}" if rate > 0.0 else "")
+
+    if quiet:
+        yield None
+    elif live:
+        with Bar(BarColumn(20), TextColumn("{task.description}", markup=False), console=console, transient=True) as bar:
+            task = bar.add_task("", total=1)
+
+            def move(done: int, total: int, fresh: bool) -> None:
+                nonlocal computed
+                computed += fresh
+                bar.update(task, completed=done, total=max(total, 1), description=line(done, total))
+
+            yield move
+    else:
+
+        def write(done: int, total: int, fresh: bool) -> None:
+            nonlocal computed, last
+            computed += fresh
+            if time.monotonic() - last >= SECONDS_BETWEEN_LINES or (not fresh and done):
+                last = time.monotonic()
+                print(line(done, total), file=sys.stderr, flush=True)
+
+        yield write

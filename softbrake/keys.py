@@ -199,6 +199,11 @@ SECTIONS: dict[str, tuple[Key, ...]] = {
         Key("history_interval", int, "steps between rows of the history", "1", default=1, least=1),
     ),
 }
+SWEEP = (
+    Key("mode", ("grid", "zip", "lhs"), "every combination, side by side, or a Latin hypercube", "grid", default="grid"),
+    Key("samples", int, "runs of a Latin hypercube", "100", least=1, most=1_000_000),
+    Key("seed", int, "of its random numbers", "1", default=0, least=0),
+)
 OPTIONAL_SECTIONS = {"belts", "grid", "time", "model", "output"}
 ALTERNATIVES: dict[str, Alternatives] = {
     "fabric": ((("E",), ("E11", "E22")), (("damping_ratio",), ("viscosity",))),
@@ -227,6 +232,10 @@ def schema() -> dict[str, Any]:
     some: dict[str, Any] = {"type": "array", "items": {"enum": list(CONTACT)}, "uniqueItems": True}
     properties["contact"] = {"description": _CONTACT, "oneOf": [{"enum": [*CONTACT_SETS, *CONTACT]}, some]}
     properties["pressure"] = {"oneOf": [_pressure_schema(law) for law in PRESSURE]}
+    axis = {"description": "START:STOP:COUNT, also :log, or a list of values", "type": ["string", "array"], "minItems": 1}
+    sweep = _section_schema(SWEEP, ())
+    sweep["properties"]["vary"] = {"description": "values by key, as fabric.E", "type": "object", "additionalProperties": axis}
+    properties["sweep"] = sweep | {"description": "what `softbrake sweep` varies; else not read", "required": ["vary"]}
     return {
         "$schema": "https://json-schema.org/draft/2020-12/schema",
         "title": "softbrake case file",

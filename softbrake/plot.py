@@ -140,7 +140,7 @@ def drop_figure(path: Path | str, instants: int = 4) -> Figure:
 
 
 def load_matplotlib() -> Any:
-    """Import what pictures need. Raises PlotError."""
+    """Matplotlib with the parts that pictures take. Raises PlotError."""
     try:
         import matplotlib.cm
         import matplotlib.colors

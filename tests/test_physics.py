@@ -422,6 +422,7 @@ def test_printed_scheme_agrees_with_the_edge_scheme_while_it_lasts() -> None:
 AT_20_MS = {
     "belts-list": 5.667930800426818,
     "free-fall": 6.196133000000000,
+    "moduli-sweep": 5.616646106535586,
     "no-belts": 5.65091748049361,
     "paper": 5.685913885033529,
     "paper-contact": 5.685900286451475,
