@@ -174,8 +174,9 @@ class Chart:
         return math.inf if self.reference is None else max(self.error(run, name), self.reference.error(name))
 
     def front(self, name: str) -> list[Run]:
-        """Return the runs that no other beats in both time and error, cheapest first."""
-        return [self.runs[k] for k in pareto([(run.seconds, self.ranked(run, name)) for run in self.runs])]
+        """Return the runs that no other beats in both time and error, cheapest first; gas alone is for comparison only."""
+        runs = [run for run in self.runs if run.setting.fidelity != "lumped"]
+        return [runs[k] for k in pareto([(run.seconds, self.ranked(run, name)) for run in runs])]
 
     def families(self) -> dict[tuple[str, str, float], list[Run]]:
         """Return the runs by family, coarse to fine."""
