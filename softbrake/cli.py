@@ -382,6 +382,56 @@ def report(
     typer.echo(f"{page} written")
 
 
+@app.command()
+def chart(
+    case_file: CaseFile,
+    overrides: Overrides = None,
+    output: Annotated[
+        Path | None,
+        typer.Option("--output", "-o", metavar="PICTURE", help="PNG, SVG or PDF; default: CASE's name with -chart.png, here."),
+    ] = None,
+    budget: Annotated[float, typer.Option("--budget", metavar="SECONDS", min=0.0, help="Time for all runs, about.")] = 120.0,
+    quiet: Annotated[bool, typer.Option("--quiet", "-q", help="No progress.")] = False,
+) -> None:
+    """Chart error against time of all fidelities, grids and steps, and recommend one: a picture and a CSV file of its name."""
+    import shlex
+
+    case = _load(case_file, overrides)
+    picture = output or Path(f"{case_file.stem}-chart.png")
+    table = picture.with_suffix(".csv")
+    for file in (picture, table):
+        _check_place(file)
+
+    from softbrake import console
+    from softbrake.chart import chart as compute
+    from softbrake.chart import write_csv
+    from softbrake.diagram import draw_chart
+    from softbrake.drop import Diverged
+    from softbrake.plot import PlotError, check_picture
+
+    try:
+        check_picture(picture)
+    except PlotError as error:
+        _fail(error)
+    _announce_compiling(case, quiet, every=True)
+    try:
+        with console.chart_progress(quiet=quiet) as callback:
+            found = compute(case, budget, callback)
+    except (Diverged, ValueError) as error:
+        _fail(error, FAILED)
+    try:
+        write_csv(found, table)
+        if found.reference is not None:
+            draw_chart(found, picture)
+    except (OSError, PlotError) as error:  # disk full, folder gone
+        _fail(error, FAILED)
+    sets = "".join(f" --set {shlex.quote(text)}" for text in overrides or ())
+    console.print_chart(found, f"softbrake run {shlex.quote(str(case_file))}{sets}")
+    typer.echo(f"\n{f'{picture}, ' if found.reference is not None else ''}{table} written")
+    if found.interrupted:
+        _fail("interrupted", INTERRUPTED)
+
+
 def _shard(text: str | None) -> tuple[int, int]:
     number, slash, of = (text or "1/1").partition("/")
     if not (slash and number.isdecimal() and of.isdecimal() and 1 <= int(number) <= int(of)):
@@ -434,27 +484,32 @@ def _designs(path: Path, overrides: list[str] | None, vary: list[str] | None = N
         _fail(error)
 
 
-def _announce_compiling(case: Case, quiet: bool) -> None:
+def _announce_compiling(case: Case, quiet: bool, every: bool = False) -> None:
     from softbrake.drop import kernels_cached
 
-    if not quiet and not kernels_cached(case):
-        typer.echo("compiling kernels (first run only, about 10 s) ...", err=True)
+    if not quiet and not kernels_cached(case, every):
+        typer.echo("compiling kernels (first run only, about 15 s) ...", err=True)
 
 
 def _check_writable(results: Path, case_file: Path) -> None:
     """Say before the run what would fail after it."""
-    import os
-
     if results.resolve() == case_file.resolve():
         _fail(f"{results}: is the case file; --output must name another one")
     if results.suffix != ".vtkhdf":
         _fail(f"{results}: the name of a result file ends in .vtkhdf, for ParaView to know it")
-    if results.is_dir():
-        _fail(f"{results}: is a folder; --output must name a file")
-    if not results.parent.is_dir():
-        _fail(f"{results}: there is no folder {results.parent}")
-    if not os.access(results.parent, os.W_OK) or (results.exists() and not os.access(results, os.W_OK)):
-        _fail(f"{results}: may not be written")
+    _check_place(results)
+
+
+def _check_place(file: Path) -> None:
+    """Say whether a file can be written."""
+    import os
+
+    if file.is_dir():
+        _fail(f"{file}: is a folder; --output must name a file")
+    if not file.parent.is_dir():
+        _fail(f"{file}: there is no folder {file.parent}")
+    if not os.access(file.parent, os.W_OK) or (file.exists() and not os.access(file, os.W_OK)):
+        _fail(f"{file}: may not be written")
 
 
 def _check_scale(tension_scale: float | None) -> None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import math
+import shlex
 import sys
 import time
 from collections.abc import Callable, Iterator
@@ -20,6 +21,7 @@ from softbrake.summary import Rung, Sensitivities, Summary
 
 if TYPE_CHECKING:
     from softbrake.case import FullStop
+    from softbrake.chart import Chart
     from softbrake.design import Design, Point, Question
     from softbrake.drop import Progress
 
@@ -317,6 +319,83 @@ def _plain_lines() -> Callable[[Progress], None]:
             print(_line(now), file=sys.stderr, flush=True)
 
     return write
+
+
+@contextmanager
+def chart_progress(*, quiet: bool) -> Iterator[Callable[[int, int, str], None] | None]:
+    """Give the callback for a chart, told runs done, runs planned and what comes next; where and how as `progress`."""
+    console = Console(stderr=True, highlight=False)
+    if quiet:
+        yield None
+    elif sys.stderr.isatty() and console.is_interactive:
+        with Bar(BarColumn(20), TextColumn("{task.description}", markup=False), console=console, transient=True) as bar:
+            task = bar.add_task("", total=1.0)
+
+            def move(done: int, planned: int, doing: str) -> None:
+                bar.update(task, completed=done, total=planned, description=f"{done} of {planned} runs: {doing}")
+
+            yield move
+    else:
+        last = -math.inf
+
+        def write(done: int, planned: int, doing: str) -> None:
+            nonlocal last
+            if time.monotonic() - last >= SECONDS_BETWEEN_LINES:
+                last = time.monotonic()
+                print(f"{done} of {planned} runs: {doing}", file=sys.stderr, flush=True)
+
+        yield write
+
+
+def print_chart(found: Chart, command: str, console: Console | None = None) -> None:
+    """Print reference, recommended settings, failures and what was left out; `command` is `softbrake run CASE` of the user."""
+    from softbrake.chart import TOLERANCES, UNITS
+
+    console = console or Console(highlight=False, markup=False, emoji=False)
+    console.print(found.case.title, style="bold", soft_wrap=True, markup=False, highlight=False)
+    reference = found.reference
+    if reference is None:
+        console.print("Interrupted before there was a reference: no errors.")
+        return
+    console.print(f"Reference: {reference.basis}.")
+    console.print()
+    table = Table.grid(padding=(0, 2, 0, 0))
+    for name, value in reference.values.items():
+        table.add_row(name.replace("_", " "), f"{value:.5g} {UNITS[name]}", f"± {_percent(reference.error(name))}")
+    console.print(table)
+    console.print()
+    table = Table(box=None, padding=(0, 2, 0, 0), show_edge=False, header_style="")
+    for head in ("within", "choose", "error", "kernel s"):
+        table.add_column(head, justify="left" if head == "choose" else "right", overflow="fold")
+    for name in reference.values:
+        table.add_row("", name.replace("_", " "), "", "", style="bold")
+        for tolerance in TOLERANCES:
+            run = found.recommended(name, tolerance)
+            if run is None:
+                known = reference.error(name)
+                why = "none" if known < tolerance else f"none: the reference is known to {_percent(known)} only"
+                table.add_row(f"{100 * tolerance:g} %", why, "", "")
+            else:
+                error = max(found.error(run, name), reference.error(name))
+                below = "< " if found.error(run, name) < reference.error(name) else ""
+                table.add_row(f"{100 * tolerance:g} %", str(run.setting), below + _percent(error), f"{run.seconds:.2g}")
+    console.print(table)
+    for head, lines in (("failed", found.failures()), ("left out", found.omissions())):
+        if lines:
+            console.print(f"\n{head}")
+            for line in lines:
+                console.print(f"  {line}")
+    first = next(iter(reference.values))
+    chosen = [(tolerance, run) for tolerance in TOLERANCES if (run := found.recommended(first, tolerance)) is not None]
+    if chosen and found.case.tolerance is None:
+        tolerance, run = chosen[-1]
+        sets = " ".join(f"--set {shlex.quote(text)}" for text in run.setting.overrides(found.case))
+        console.print(f"\nFor {100 * tolerance:g} % of the {first.replace('_', ' ')}:")
+        console.print(f"  {command} {sets}", soft_wrap=True)
+
+
+def _percent(error: float) -> str:
+    return f"{100 * error:.{2 if error < 0.1 else 3}g} %" if math.isfinite(error) else "unknown"
 
 
 def _line(now: Progress) -> str:

@@ -70,10 +70,9 @@ class Diverged(Exception):
         return str(self.args[0])
 
 
-def kernels_cached(case: Case) -> bool:
-    """Whether a run of the case starts at once, its kernels having been compiled before."""
-    climbs = case.tolerance is not None
-    kernels = {*KERNELS.values()} if climbs else {KERNELS[case.model.fidelity]}
+def kernels_cached(case: Case, every: bool = False) -> bool:
+    """Whether a run of the case, or of every fidelity, starts at once, its kernels having been compiled before."""
+    kernels = {*KERNELS.values()} if every or case.tolerance is not None else {KERNELS[case.model.fidelity]}
     return all(any(CACHE_FOLDER.rglob(f"{one.__module__.rpartition('.')[2]}.{one.__name__}-*.nbc")) for one in kernels)
 
 
