@@ -28,6 +28,7 @@ from rich.console import Console
 from rich.table import Table
 
 import softbrake
+from benchmarks.batch import batch_rate
 from benchmarks.calibration import Calibration
 from softbrake.build import build_sweep
 from softbrake.case import Case, load_case
@@ -249,6 +250,7 @@ def main() -> None:
         "kernel_rate": show(console, "A step of the full shell (CPU time; one thread)", rates),
         "start_up": show(console, "Whole processes", start_up(cold=not options.short)),
         "whole_drop": show(console, "The paper's drop with its result file", drops),
+        "batch": show(console, "Axisymmetric drops at once, 36 cells", (batch_rate(courant, 200) for courant in (0.5, 0.9))),
     }
     if options.yardstick is not None:
         beside = [beside_yardstick(options.yardstick, grid, calibration) for grid in (small, (144, 360))]

@@ -1,5 +1,6 @@
 """Case -> Model, State, Sweep: the one place that allocates their arrays."""
 
+from collections.abc import Sequence
 from dataclasses import replace
 from math import cos, inf, pi, sin
 
@@ -39,6 +40,7 @@ ONE_COLUMN = ("axisymmetric", "lumped")  # fidelities whose arrays hold the gene
 LUMPED_STEPS = 2000  # in which the cargo would fall the shell's height at its first velocity
 PAIRS_PER_NODE = 8  # near one another, of folds
 PLEATS = 64  # the same of a meridian, all of whose segments may lie on one another
+FREE = 1  # first free node of a meridian
 SLIVER = 1e-3  # least part of a belt that a row carries, of what the row with most of it does
 
 
@@ -141,7 +143,7 @@ def build_state(case: Case, model: Model) -> State:
     stride = 1 if one_column else model.stride
     angle = np.zeros(1) if one_column else 2.0 * pi * (np.arange(stride) - PAD) / case.grid.hoop
     radius = 0.5 * case.shell.diameter
-    nodes = Nodes(*_rows(model.n1 + 1, stride, Nodes._fields))
+    nodes = Nodes(*_rows(model.n1 + 1, stride, Nodes._fields, FREE if one_column else 0))
     height = np.linspace(0.0, case.shell.height, model.n1 + 1)[:, None]
     nodes.x.reshape(-1, stride)[:] = radius * np.cos(angle)
     nodes.y.reshape(-1, stride)[:] = radius * np.sin(angle)
@@ -161,7 +163,7 @@ def build_state(case: Case, model: Model) -> State:
         last_step=np.zeros(1),
         kinetic_start=np.array([now[History.KINETIC_ENERGY]]),
         peaks=np.zeros((len(Peak), 3)),
-        work=Work(*(_aligned(model.n1 + 1 if one_column else _lanes(model.n2)) for _ in Work._fields)),
+        work=Work(*(_rows(1, model.n1 + 1, Work._fields, FREE) if one_column else _rows(1, _lanes(model.n2), Work._fields))),
         folds=build_folds(nodes.x.size if model.contact.folds else 1, edge, PLEATS if one_column else PAIRS_PER_NODE),
     )
 
@@ -185,7 +187,7 @@ def build_folds(nodes: int, edge: float, pairs: int) -> Folds:
 
 def build_sweep(model: Model) -> Sweep:
     """Return the scratch arrays of a step."""
-    n2, stride = model.n2, model.stride
+    lanes, stride = _lanes(model.n2), model.stride
     return Sweep(
         generatrix=Edges(*_rows(2, stride, Edges._fields)),
         hoop=Edges(*_rows(3, stride, Edges._fields)),
@@ -195,19 +197,22 @@ def build_sweep(model: Model) -> Sweep:
         force_above=Rows(*_rows(1, stride, Rows._fields)),
         area=Rows(*_rows(1, stride, Rows._fields)),
         mean=Rows(*_rows(2, stride, Rows._fields)),
-        pressure=_aligned(_lanes(n2)),
-        top_generatrix=Top(_aligned(_lanes(n2)), _aligned(_lanes(n2))),
-        top_hoop=Top(_aligned(_lanes(n2)), _aligned(_lanes(n2))),
-        top_belt=Top(_aligned(_lanes(n2)), _aligned(_lanes(n2))),
-        by_column=ByColumn(*(_aligned(_lanes(n2)) for _ in ByColumn._fields)),
+        pressure=_rows(1, lanes, ("pressure",))[0],
+        top_generatrix=Top(*_rows(1, lanes, Top._fields)),
+        top_hoop=Top(*_rows(1, lanes, Top._fields)),
+        top_belt=Top(*_rows(1, lanes, Top._fields)),
+        by_column=ByColumn(*_rows(1, lanes, ByColumn._fields)),
     )
 
 
 def build_meridian(model: Model) -> Meridian:
     """Return the scratch arrays of a step of the axisymmetric shell."""
     nodes = model.n1 + 1
-    scratch = {name: _aligned(nodes) for name in Meridian._fields if name not in ("area", "belt_rows")}
-    area = Rows(*_rows(1, PAD + nodes, Rows._fields))
+    edges = ("x", "z", "e", "tension_1", "force", "elastic")
+    others = [name for name in Meridian._fields if name not in (*edges, "area", "belt_rows")]
+    scratch = dict(zip(edges, _rows(1, nodes, edges), strict=True))
+    scratch |= dict(zip(others, _rows(1, nodes, others, FREE), strict=True))
+    area = Rows(*_rows(1, PAD + nodes, Rows._fields, FREE))
     return Meridian(**scratch, area=area, belt_rows=np.flatnonzero(model.belts.width))
 
 
@@ -252,16 +257,13 @@ def _lanes(columns: int) -> int:
     return -(-columns // PAD) * PAD
 
 
-def _rows(count: int, stride: int, fields: tuple[str, ...]) -> list[Floats]:
-    return [_aligned(count * stride) for _ in fields]
-
-
-def _aligned(size: int) -> Floats:
-    """Zeros that start on a cache line."""
-    block = np.zeros(size + PAD)
-    start = -block.ctypes.data // block.itemsize % PAD
-    zeros: Floats = block[start : start + size]
-    return zeros
+def _rows(count: int, stride: int, fields: Sequence[str], first: int = 0) -> list[Floats]:
+    """An array of zeros for each field, of which the value at `first` starts a cache line; all of one block, which is cheaper."""
+    size = count * stride
+    pitch = PAD * (2 + size // PAD)  # a line between two, else long arrays might share their places in the cache
+    block = np.zeros((len(fields) + 1) * pitch)
+    start = (-block.ctypes.data // block.itemsize - first) % PAD
+    return [block[at : at + size] for at in range(start, start + len(fields) * pitch, pitch)]
 
 
 def _overlap(height: float, width: float, n1: int, h1: float) -> Floats:

@@ -42,6 +42,7 @@ from softbrake.summary import Peak as PeakFound
 KERNELS = {"full": advance, "sector": advance, "axisymmetric": advance_meridian, "lumped": advance_lumped}
 NODE_STEPS_PER_CHUNK = 2_000_000  # about 0.1 s between chances for progress and Ctrl-C
 HISTORY_ROWS = 4096
+NEVER = 2**62  # steps between rows of a history that nobody reads
 BURST = 1.5  # median hoop stretch; skeleton fabrics are used up to 1.3, and a faulty step stretches a few nodes only
 
 
@@ -69,10 +70,9 @@ class Diverged(Exception):
         return str(self.args[0])
 
 
-def kernels_cached(case: Case) -> bool:
-    """Whether a run of the case starts at once, its kernels having been compiled before."""
-    climbs = case.tolerance is not None
-    kernels = {*KERNELS.values()} if climbs else {KERNELS[case.model.fidelity]}
+def kernels_cached(case: Case, every: bool = False) -> bool:
+    """Whether a run of the case, or of every fidelity, starts at once, its kernels having been compiled before."""
+    kernels = {*KERNELS.values()} if every or case.tolerance is not None else {KERNELS[case.model.fidelity]}
     return all(any(CACHE_FOLDER.rglob(f"{one.__module__.rpartition('.')[2]}.{one.__name__}-*.nbc")) for one in kernels)
 
 
@@ -133,6 +133,8 @@ class Drop:
         one_column = case.model.fidelity in ONE_COLUMN
         self.sweep: Sweep | Meridian = build_meridian(self.model) if one_column else build_sweep(self.model)
         self.history: Floats = np.empty((HISTORY_ROWS, len(History)))
+        self.interval = case.output.history_interval  # steps between rows of the history
+        self.most = max(NODE_STEPS_PER_CHUNK // ((self.model.n1 + 1) * self.model.n2), 1)  # steps of a chunk
         self.kernel_seconds = 0.0
 
     def advance(self, until: float = math.inf, most: int = 2**62) -> tuple[Floats, Outcome]:
@@ -142,7 +144,7 @@ class Drop:
         """
         start = time.perf_counter()
         kernel = KERNELS[self.case.model.fidelity]
-        rows, outcome = kernel(self.model, self.state, self.sweep, self.history, self.case.output.history_interval, most, until)
+        rows, outcome = kernel(self.model, self.state, self.sweep, self.history, self.interval, most, until)
         self.kernel_seconds += time.perf_counter() - start
         return self.history[:rows], Outcome(outcome)
 
@@ -155,7 +157,8 @@ class Drop:
         """Advance to the end, writing history and snapshots to the file."""
         started = time.perf_counter()
         self.kernel_seconds = 0.0
-        most = max(NODE_STEPS_PER_CHUNK // ((self.model.n1 + 1) * self.model.n2), 1)
+        if file is None:
+            self.interval = NEVER
         outcome = Outcome.RUNNING
         interval = self.case.output.snapshot_interval
         due = math.inf if file is None else 0.0
@@ -165,7 +168,7 @@ class Drop:
                 if file is not None and now >= due:
                     self._snapshot(file)
                     due = max((now // interval + 1.0) * interval, math.nextafter(now, math.inf))
-                rows, outcome = self.advance(due, most)
+                rows, outcome = self.advance(due, self.most)
                 if file is not None:
                     file.add_history(rows)
                 if progress is not None:
@@ -300,6 +303,12 @@ class Drop:
             wall_seconds=wall_seconds,
             model=ModelUsed(case.model.fidelity, case.grid.generatrix, case.grid.hoop, case.time.courant, case.model.scheme),
             results=None if file is None else str(file.path),
+            fabric_margin=_margin(
+                case.fabric.strength, max(peaks["peak_tension_generatrix"].value, peaks["peak_tension_hoop"].value)
+            ),
+            belt_margin=_margin(
+                min((b.strength for b in case.belts if b.strength is not None), default=None), belt.value if belt else 0.0
+            ),
         )
 
     def _divergence(self) -> str:
@@ -326,3 +335,7 @@ class Drop:
             f"diverged at {self.now(History.TIME):.6g} s, step {int(self.state.steps[0])}: {excess}; "
             f"fastest node: row {row} of {model.n1}, column {column}, at {speed[row, column]:.4g} m/s; most likely {cause}"
         )
+
+
+def _margin(strength: float | None, tension: float) -> float | None:
+    return strength / tension - 1.0 if strength is not None and tension > 0.0 else None

@@ -153,7 +153,11 @@ def part_lobes(nodes, work, by_column, lobes, ground, sector, mass, length, stri
 
 @kernel
 def part_meridian_lobes(nodes, meridian, lobes, ground, mass, length, n1):
-    """Keep the lobes of the axisymmetric shell apart at each belt, as part_lobes does. Condition (2.5). Books nothing."""
+    """Keep the lobes of the axisymmetric shell apart at each belt, as part_lobes does. Condition (2.5). Books nothing.
+
+    Writes nodes, meridian.impulse (N s). Returns whether any were kept.
+    """
+    moved = 0
     for k in range(lobes.below.size):
         a, b = uint64(lobes.below[k]), uint64(lobes.above[k])
         if not folded(nodes, a, b, ONE):
@@ -165,9 +169,11 @@ def part_meridian_lobes(nodes, meridian, lobes, ground, mass, length, n1):
             continue
         cx, cz = (x2 - x1) / sqrt(square), (z2 - z1) / sqrt(square)
         touch = part_nodes(nodes, meridian, meridian, ground, a, b, a, mass[a], mass[b], length, cx, 0.0, cz)
+        moved |= touch
         if touch > 0 and a > 1 and b < n1 - 1 and min(bend(nodes, a, ONE, x1, 0.0, z1), bend(nodes, b, ONE, x2, 0.0, z2)) <= 0.0:
             a, b = a - ONE, b + ONE
             part_nodes(nodes, meridian, meridian, ground, a, b, a, mass[a], mass[b], length, cx, 0.0, cz)
+    return moved
 
 
 @kernel
