@@ -1,15 +1,22 @@
-"""`python -m benchmarks [--short] [--json FILE]`: kernel rate, start-up, whole drops by step size, and where the rest goes."""
+"""`python -m benchmarks [--short] [--json FILE] [--yardstick FOLDER]`: what a step, a start and an answer cost.
+
+Rates stand beside those of benchmarks/baseline.json (an older --json) as ratios to the calibration loop run next to them. With
+--short a rate that fell by more than a third in each of three attempts ends in exit code 1, on the baseline's kind of processor.
+--yardstick builds and runs the C step of a folder (bench.c, kernel.h) next to the kernel. docs/performance.md holds the tables.
+"""
 
 import argparse
 import json
 import os
 import platform
+import re
 import subprocess
 import sys
 import tempfile
 from collections.abc import Iterable, Iterator
 from copy import deepcopy
 from pathlib import Path
+from resource import RUSAGE_CHILDREN, getrusage
 from statistics import median
 from time import perf_counter, process_time
 from typing import Any
@@ -29,8 +36,12 @@ from softbrake.drop import Diverged, Drop
 from softbrake.kernels.course import STEPS_PER_STEP_CHOICE
 from softbrake.kernels.timestep import stable_step
 from softbrake.results import read_summary
-from softbrake.state import Floats, Outcome
+from softbrake.state import Floats, History, Outcome
 
+BASELINE = Path(__file__).with_name("baseline.json")
+FALLEN = 1.5  # times the time per node and step of the baseline: a rate fallen by a third
+ATTEMPTS = 3
+CRUSHED = 0.09  # s after contact: half of the stroke is left, cloth lies on the ground and, where it is in the way, on the cargo
 ROOT = Path(__file__).resolve().parents[1]
 PAPER = ROOT / "configs" / "paper.yaml"
 FLIGHT = 0.01  # s after contact: inflated, swinging, half of the hoops slack at times
@@ -45,11 +56,14 @@ def paper(*overrides: str) -> Case:
     return load_case(PAPER, overrides)
 
 
-def kernel_rate(generatrix: int, hoop: int, scheme: str, calibration: Calibration) -> Row:
-    """Measure a step in flight: medians of CPU time over repeats of the same steps, each beside the calibration loop."""
-    drop = Drop(paper(f"grid.generatrix={generatrix}", f"grid.hoop={hoop}", f"model.scheme={scheme}"))
+def kernel_rate(grid: tuple[int, int], calibration: Calibration, *overrides: str, until: float = FLIGHT) -> Row:
+    """Measure a step of the full shell: medians of CPU time over repeats of the same steps, each beside the calibration loop."""
+    generatrix, hoop = grid
+    drop = Drop(paper(f"grid.generatrix={generatrix}", f"grid.hoop={hoop}", *overrides))
     nodes = (generatrix + 1) * hoop
-    drop.advance(until=FLIGHT)
+    outcome = Outcome.RUNNING
+    while outcome == Outcome.RUNNING and drop.now(History.TIME) < until:
+        _, outcome = drop.advance(until)
     start_state = deepcopy(drop.state)
     most = max(round(CHUNK_SECONDS / (20e-9 * nodes)), STEPS_PER_STEP_CHOICE)
     rates, ratios, choices = [], [], []
@@ -67,17 +81,40 @@ def kernel_rate(generatrix: int, hoop: int, scheme: str, calibration: Calibratio
         choose_steps(drop.model, drop.state.nodes, sweep, STEPS_PER_STEP_CHOICE)
         choices.append(1e9 * (process_time() - start) / (nodes * STEPS_PER_STEP_CHOICE))
     if outcome != Outcome.RUNNING:
-        raise RuntimeError(f"grid {generatrix} x {hoop}, scheme {scheme}: {outcome.name.lower()} while it was timed")
+        raise RuntimeError(f"grid {generatrix} x {hoop}, {', '.join(overrides)}: {outcome.name.lower()} while it was timed")
     rate = median(rates)
     return {
         "grid": f"{generatrix} x {hoop}",
-        "scheme": scheme,
+        "case": ", ".join(overrides) or "as it is",
+        "at": f"{1e3 * until:g} ms",
         "ns_per_node_and_step": rate,
         "lowest": min(rates),
         "highest": max(rates),
         "ratio_to_calibration": median(ratios),
         "step_choice_share": median(choices) / (STEPS_PER_STEP_CHOICE * rate),
     }
+
+
+def beside_yardstick(folder: Path, grid: tuple[int, int], calibration: Calibration) -> Row:
+    """Measure a step beside the C step of a folder, plain and with its roots by hand, in turn, five times; medians."""
+    generatrix, hoop = grid
+    row: Row = {"grid": f"{generatrix} x {hoop}"}
+    flags = ["-O3", "-march=native", "-ffast-math", "-mprefer-vector-width=512", f"-DNR={generatrix + 1}", f"-DNC={hoop}"]
+    with tempfile.TemporaryDirectory() as scratch:
+        names = {"C": [], "C, roots by hand": ["-DHANDRSQRT"]}
+        for number, extra in enumerate(names.values()):
+            subprocess.run(["gcc", *flags, *extra, "-o", f"{scratch}/{number}", str(folder / "bench.c"), "-lm"], check=True)
+        found: dict[str, list[float]] = {name: [] for name in ("softbrake", *names)}
+        for _ in range(5):
+            found["softbrake"].append(kernel_rate(grid, calibration)["ns_per_node_and_step"])
+            for number, name in enumerate(names):
+                blocks = str(max(200 * 37 * 90 // ((generatrix + 1) * hoop), 5))
+                printed = subprocess.run([f"{scratch}/{number}", blocks], check=True, capture_output=True, text=True).stdout
+                found[name].append(float(re.findall(r"median\(cpu\) ([\d.]+)", printed)[0]))
+    row |= {f"{name}, ns": median(values) for name, values in found.items()}
+    for name in names:
+        row[f"ratio to {name}"] = median(ours / theirs for ours, theirs in zip(found["softbrake"], found[name], strict=True))
+    return row
 
 
 @njit(error_model="numpy")
@@ -94,45 +131,50 @@ def arrays(part: Any) -> Iterator[Floats]:
 
 
 def start_up(cold: bool) -> list[Row]:
-    """Measure the wall time of whole processes: `--help`, `check`, and a run of one step with its result file."""
+    """Measure whole processes: `--help`, `check`, a run of one step and a whole one, with their result files."""
     with tempfile.TemporaryDirectory() as folder:
         one_step = ["run", str(PAPER), "--quiet", "--set", "time.end=0.001 ms", "--output", f"{folder}/one-step.vtkhdf"]
-        rows = []
-        if cold:
-            seconds = process_seconds(one_step, NUMBA_CACHE_DIR=folder)
-            rows.append({"process": "run of one step, kernels not compiled yet", "seconds": seconds})
-        process_seconds(one_step)
+        whole = ["run", str(PAPER), "--quiet", "--output", f"{folder}/whole.vtkhdf"]
+        rows = [process("run of one step, kernels not compiled yet", one_step, 1, NUMBA_CACHE_DIR=folder)] if cold else []
+        process("", one_step, 1)  # compiles
         for name, arguments in (("--help", ["--help"]), ("check", ["check", str(PAPER)]), ("run of one step", one_step)):
-            rows.append({"process": name, "seconds": median(process_seconds(arguments) for _ in range(5))})
-    return rows
+            rows.append(process(name, arguments, 5))
+        return [*rows, process("whole run", whole, 3)]
 
 
-def process_seconds(arguments: list[str], **environment: str) -> float:
-    """Return the wall time (s) of one run of the command line."""
+def process(name: str, arguments: list[str], count: int, **environment: str) -> Row:
+    """Return medians of the CPU and wall time (s) of runs of the command line."""
     environment = {**os.environ, "PYTHONPATH": str(ROOT), **environment}
-    start = perf_counter()
-    subprocess.run([sys.executable, "-m", "softbrake", *arguments], env=environment, check=True, capture_output=True)
-    return perf_counter() - start
+    cpu, wall = [], []
+    for _ in range(count):
+        before, start = getrusage(RUSAGE_CHILDREN), perf_counter()
+        subprocess.run([sys.executable, "-m", "softbrake", *arguments], env=environment, check=True, capture_output=True)
+        after = getrusage(RUSAGE_CHILDREN)
+        wall.append(perf_counter() - start)
+        cpu.append(after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime)
+    return {"process": name, "cpu_seconds": median(cpu), "wall_seconds": median(wall)}
 
 
-def whole_drop(courant: float) -> Row:
+def whole_drop(*overrides: str) -> Row:
     """Measure the paper's drop with its result file, which takes what the kernels leave of the wall time."""
     with tempfile.TemporaryDirectory() as folder:
         results = Path(folder) / "drop.vtkhdf"
-        softbrake.run(paper("time.end=0.001 ms"), results)  # loads what a first run loads
+        softbrake.run(paper("time.end=0.001 ms", *overrides), results)  # loads what a first run loads
+        start = process_time()
         try:
-            summary = softbrake.run(paper(f"time.courant={courant}"), results)
+            summary = softbrake.run(paper(*overrides), results)
         except Diverged:
             summary = read_summary(results)
+        seconds = process_time() - start
     assert summary is not None
     return {
-        "courant": courant,
+        "case": ", ".join(overrides) or "as it is",
         "outcome": summary.outcome,
         "impact_velocity": summary.impact_velocity,
         "steps": summary.steps,
-        "kernel_seconds": summary.kernel_seconds,
+        "cpu_seconds": seconds,
         "wall_seconds": summary.wall_seconds,
-        "writing_share": 1.0 - summary.kernel_seconds / summary.wall_seconds,
+        "kernel_share": summary.kernel_seconds / summary.wall_seconds,
         "energy_error": summary.energy_error,
     }
 
@@ -147,17 +189,43 @@ def show(console: Console, title: str, rows: Iterable[Row]) -> list[Row]:
     return rows
 
 
+def compare(console: Console, rates: list[Row], short: bool, calibration: Calibration) -> bool:
+    """Print each rate beside that of the baseline; return whether all stand, those that seem to have fallen tried again."""
+    baseline = json.loads(BASELINE.read_text())
+    same = baseline["about"]["processor"] == get_host_cpu_name()
+    before = {(row["grid"], row["case"], row["at"]): row["ratio_to_calibration"] for row in baseline["kernel_rate"]}
+    rows, stand = [], True
+    for row in rates:
+        if (key := (row["grid"], row["case"], row["at"])) not in before:
+            continue
+        times = [row["ratio_to_calibration"] / before[key]]
+        overrides = [] if row["case"] == "as it is" else row["case"].split(", ")
+        while short and times[-1] > FALLEN and len(times) < ATTEMPTS:
+            generatrix, hoop = map(int, row["grid"].split(" x "))
+            until = 1e-3 * float(row["at"].removesuffix(" ms"))
+            again = kernel_rate((generatrix, hoop), calibration, *overrides, until=until)
+            times.append(again["ratio_to_calibration"] / before[key])
+        stand = stand and times[-1] <= FALLEN
+        rows.append(
+            {"grid": row["grid"], "case": row["case"], "at": row["at"], "time_over_baseline": times[-1], "tries": len(times)}
+        )
+    if rows:
+        show(console, f"Against benchmarks/baseline.json ({baseline['about']['processor']})", rows)
+    if not stand:
+        verdict = "has fallen by more than a third" if same else "is another one here: the processor is not the baseline's"
+        console.print(f"a rate {verdict}")
+    return stand or not same
+
+
 def main() -> None:
     """Run all benchmarks and report."""
     parser = argparse.ArgumentParser(prog="python -m benchmarks", description=__doc__)
-    parser.add_argument("--short", action="store_true", help="one grid, one scheme, one Courant coefficient, no compilation")
+    parser.add_argument("--short", action="store_true", help="one grid, no compilation; exit code 1 where a rate has fallen")
     parser.add_argument("--json", type=Path, metavar="FILE", help="write the numbers there as well")
+    parser.add_argument("--yardstick", type=Path, metavar="FOLDER", help="of a C step to run beside the kernel; wants gcc")
     options = parser.parse_args()
     console = Console()
     console.width = max(console.width, 110)
-    grids = [(36, 90)] if options.short else [(36, 90), (72, 180), (144, 360)]
-    schemes = ["edge"] if options.short else ["edge", "cell"]
-    courants = [0.5] if options.short else [0.02, 0.1, 0.5, 0.9]
     about = {
         "softbrake": softbrake.__version__,
         "python": platform.python_version(),
@@ -167,17 +235,30 @@ def main() -> None:
     }
     console.print(", ".join(f"{name} {value}" for name, value in about.items()))
     calibration = Calibration(CHUNK_SECONDS)
-    rates = [kernel_rate(*grid, scheme, calibration) for grid in grids for scheme in schemes]
+    small, solid = (36, 90), "contact=solid"
+    rates = [kernel_rate(small, calibration), kernel_rate(small, calibration, solid, until=CRUSHED)]
+    drops = [whole_drop("model.fidelity=axisymmetric"), whole_drop()]
+    if not options.short:
+        rates += [kernel_rate(grid, calibration) for grid in ((72, 180), (144, 360))]
+        rates += [kernel_rate(small, calibration, *case) for case in (("model.scheme=cell",), ("pressure.damping=0.0005",))]
+        rates += [kernel_rate(small, calibration, until=CRUSHED)]
+        drops += [whole_drop("model.fidelity=lumped"), whole_drop("model.fidelity=sector", "model.sector=15")]
+        drops += [whole_drop(f"time.courant={courant}") for courant in (0.02, 0.1, 0.9)]
     report = {
         "about": about,
         "calibration_nanoseconds": median(calibration.nanoseconds() for _ in range(CHUNKS)),
-        "kernel_rate": show(console, f"A step in flight, {FLIGHT} s after contact (CPU time; one thread)", rates),
-        "start_up": show(console, "Whole processes (wall time)", start_up(cold=not options.short)),
-        "whole_drop": show(console, "The paper's drop with its result file", map(whole_drop, courants)),
+        "kernel_rate": show(console, "A step of the full shell (CPU time; one thread)", rates),
+        "start_up": show(console, "Whole processes", start_up(cold=not options.short)),
+        "whole_drop": show(console, "The paper's drop with its result file", drops),
         "batch": show(console, "Axisymmetric drops at once, 36 cells", (batch_rate(courant, 200) for courant in (0.5, 0.9))),
     }
+    if options.yardstick is not None:
+        beside = [beside_yardstick(options.yardstick, grid, calibration) for grid in (small, (144, 360))]
+        report["yardstick"] = show(console, "Beside the C step (CPU time)", beside)
     if options.json:
         options.json.write_text(json.dumps(report, indent=2) + "\n")
+    if not compare(console, rates, options.short, calibration):
+        sys.exit(1)
 
 
 if __name__ == "__main__":

@@ -465,6 +465,20 @@ def _show_sweep(plan: Plan, records: dict[str, Any], folder: Path, json: bool) -
         raise typer.Exit(FAILED)
 
 
+@app.command()
+def warmup() -> None:
+    """Compile the kernels of all fidelities now, so that no run has to."""
+    from time import perf_counter
+
+    from softbrake.drop import compile_kernels
+    from softbrake.kernels.jit import CACHE_FOLDER
+
+    typer.echo("compiling kernels, or loading those compiled before ...", err=True)
+    start = perf_counter()
+    compile_kernels(lambda fidelity: typer.echo(f"  {fidelity}", err=True))
+    typer.echo(f"{perf_counter() - start:.1f} s; kernels are in {CACHE_FOLDER}")
+
+
 def _load(path: Path, overrides: list[str] | None) -> Case:
     from softbrake.case import CaseError, load_case
 

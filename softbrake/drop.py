@@ -26,7 +26,7 @@ from softbrake.build import (
     whole_model,
     whole_nodes,
 )
-from softbrake.case import Case
+from softbrake.case import Case, parse_case, starter
 from softbrake.kernels.fields import sample_fields
 from softbrake.kernels.jit import CACHE_FOLDER, PACKAGE, hash_sources
 from softbrake.kernels.lumped import advance_lumped
@@ -74,6 +74,18 @@ def kernels_cached(case: Case, every: bool = False) -> bool:
     """Whether a run of the case, or of every fidelity, starts at once, its kernels having been compiled before."""
     kernels = {*KERNELS.values()} if every or case.tolerance is not None else {KERNELS[case.model.fidelity]}
     return all(any(CACHE_FOLDER.rglob(f"{one.__module__.rpartition('.')[2]}.{one.__name__}-*.nbc")) for one in kernels)
+
+
+def compile_kernels(report: Callable[[str], None]) -> None:
+    """Compile, or load, the kernels of all fidelities, with what pictures and disturbances need; report: told each before."""
+    for fidelity in KERNELS:
+        report(fidelity)
+        sector = ["model.sector=15"] if fidelity == "sector" else []
+        one = Drop(parse_case(starter(), "starter", [f"model.fidelity={fidelity}", *sector]))
+        one.advance(most=0)
+        one.fields()
+        one.disturb(0.0, 0)
+        pressure_at(one.model.pressure, 0.0)
 
 
 def run(

@@ -17,8 +17,10 @@ from rich.console import Console
 from typer.testing import CliRunner
 
 from softbrake import console
+from softbrake.case import parse_case, starter
 from softbrake.cli import app
-from softbrake.drop import Progress
+from softbrake.drop import KERNELS, Progress, kernels_cached
+from softbrake.kernels.jit import CACHE_FOLDER
 from softbrake.summary import Peak, Summary
 
 SMALL = ("--set", "grid.generatrix=8", "--set", "grid.hoop=12", "--set", "time.end=5ms")
@@ -343,3 +345,12 @@ def test_interrupt_leaves_a_readable_file_and_exit_130(
     answer = json.loads(softbrake("info", "cut.vtkhdf", "--json").stdout)
     assert answer["outcome"] == "interrupted"
     assert answer["steps"] > 0
+
+
+def test_warmup_leaves_nothing_to_compile() -> None:
+    done = CliRunner().invoke(app, ["warmup"])
+    assert done.exit_code == 0
+    assert str(CACHE_FOLDER) in done.output
+    for fidelity in KERNELS:
+        columns = ["model.sector=15"] if fidelity == "sector" else []
+        assert kernels_cached(parse_case(starter(), "starter", [f"model.fidelity={fidelity}", *columns]))
