@@ -75,12 +75,16 @@ def run(
     with_error_bar: Annotated[
         bool, typer.Option("--error-bar", help="Estimate the numerical error from two coarser companions.")
     ] = False,
+    with_sensitivity: Annotated[
+        bool, typer.Option("--sensitivity", help="What 1 % of each input of CASE does to the answer; four runs an input or more.")
+    ] = False,
     quiet: Annotated[bool, typer.Option("--quiet", "-q", help="No progress.")] = False,
 ) -> None:
     """Simulate the drop of a case file."""
     if no_results and output is not None:
         _fail("--output and --no-results exclude each other")
-    case = _load(case_file, [*(overrides or ()), *([f"tolerance={tolerance}"] if tolerance is not None else ())])
+    changes = [*(overrides or ()), *([f"tolerance={tolerance}"] if tolerance is not None else ())]
+    case = _load(case_file, changes)
     if with_error_bar and case.tolerance is not None:
         _fail("--error-bar: a run for a tolerance has one already")
     results = None if no_results else output or Path(f"{case_file.stem}.vtkhdf")
@@ -88,15 +92,13 @@ def run(
         _check_writable(results, case_file)
 
     from softbrake import console
-    from softbrake.drop import Diverged, kernels_cached
-    from softbrake.ladder import reached
+    from softbrake.drop import Diverged
     from softbrake.ladder import run as simulate
     from softbrake.results import ResultError, tension_scale
 
     scale = tension_scale(case) if dimensionless else None
     _check_scale(scale)
-    if not quiet and not kernels_cached(case):
-        typer.echo("compiling kernels (first run only, about 10 s) ...", err=True)
+    _announce_compiling(case, quiet)
     try:
         with console.progress(case.shell.height, quiet=quiet) as callback:
             summary = simulate(
@@ -107,6 +109,16 @@ def run(
                 report=None if quiet else console.print_rung,
                 with_error_bar=with_error_bar,
             )
+        if with_sensitivity and summary.outcome != "interrupted":
+            from dataclasses import replace
+
+            from softbrake.results import replace_summary
+            from softbrake.sensitivity import sensitivities
+
+            with console.runs_progress(quiet=quiet) as count:
+                summary = replace(summary, sensitivity=sensitivities(case_file, changes, summary, count))
+            if results is not None:
+                replace_summary(results, summary)
     except Diverged as error:
         if json:
             _show(error.summary, json, scale)
@@ -120,8 +132,7 @@ def run(
     _show(summary, json, scale)
     if summary.outcome == "interrupted":
         raise typer.Exit(INTERRUPTED)
-    if not reached(case, summary):
-        _fail(f"the tolerance of {case.tolerance:.3g} was not reached: {summary.fidelity_reason}", FAILED)
+    _check_reached(case, summary)
 
 
 @app.command()
@@ -304,6 +315,123 @@ def merge(
     _show_sweep(plan, records, folders[0], json)
 
 
+@app.command()
+def design(
+    case_file: CaseFile,
+    overrides: Overrides = None,
+    path: Annotated[str, typer.Option("--find", metavar="PATH", help="Quantity of the case to find.")] = "pressure.value",
+    target: Annotated[
+        str, typer.Option("--target", metavar="ANSWER=VALUE", help="As impact_velocity=1.5m/s; 0 is a full stop.")
+    ] = "impact_velocity=0",
+    between: Annotated[
+        str | None, typer.Option("--range", metavar="LOW:HIGH", help="To search; default: a third to three times the case's.")
+    ] = None,
+    budget: Annotated[
+        float, typer.Option("--budget", metavar="SECONDS", min=0.0, help="Most time to choose a level, where a tolerance is set.")
+    ] = 60.0,
+    json: Json = False,
+    quiet: Annotated[bool, typer.Option("--quiet", "-q", help="No progress.")] = False,
+) -> None:
+    """Find the pressure, or another value, that meets a target."""
+    import shlex
+
+    case = _load(case_file, overrides)
+
+    from softbrake import console
+    from softbrake.case import CaseError
+    from softbrake.design import NotReached, ask, find, piston
+
+    _announce_compiling(case, quiet)
+    try:
+        question = ask(case_file, overrides or (), path, target, between, budget, None if quiet else console.print_rung)
+        stop = piston(question.case)
+        found = find(question, None if quiet else lambda point: console.print_point(question, point))
+    except (CaseError, ValueError) as error:
+        _fail(error)
+    except NotReached as error:
+        _fail(f"{path}: {error}", FAILED)
+    except KeyboardInterrupt:
+        _fail("interrupted", INTERRUPTED)
+    if json:
+        typer.echo(console.design_json(question, stop, found))
+    else:
+        console.print_design(question, stop, found)
+        options = [word for change in [*(overrides or ()), f"{path}={found.value:.6g}"] for word in ("--set", change)]
+        typer.echo(f"next: {shlex.join(['softbrake', 'run', str(case_file), *options])}")
+    _check_reached(case, found.summary)
+
+
+@app.command()
+def report(
+    result: Annotated[Path, typer.Argument(metavar="RESULT", help="Result file of a run (*.vtkhdf), or folder of a sweep.")],
+    output: Annotated[
+        Path | None, typer.Option("--output", "-o", metavar="PAGE", help="HTML file; default: RESULT with .html.")
+    ] = None,
+) -> None:
+    """Write all about a result or a sweep as one HTML page."""
+    from softbrake.report import write_report
+    from softbrake.results import ResultError
+
+    page = output or result.with_suffix(".html")
+    try:
+        write_report(result, page)
+    except ResultError as error:
+        _fail(error)
+    except OSError as error:
+        _fail(f"{page}: cannot be written: {error.strerror or error}")
+    typer.echo(f"{page} written")
+
+
+@app.command()
+def chart(
+    case_file: CaseFile,
+    overrides: Overrides = None,
+    output: Annotated[
+        Path | None,
+        typer.Option("--output", "-o", metavar="PICTURE", help="PNG, SVG or PDF; default: CASE's name with -chart.png, here."),
+    ] = None,
+    budget: Annotated[float, typer.Option("--budget", metavar="SECONDS", min=0.0, help="Time for all runs, about.")] = 120.0,
+    quiet: Annotated[bool, typer.Option("--quiet", "-q", help="No progress.")] = False,
+) -> None:
+    """Chart error against time of all fidelities, grids and steps, and recommend one: a picture and a CSV file of its name."""
+    import shlex
+
+    case = _load(case_file, overrides)
+    picture = output or Path(f"{case_file.stem}-chart.png")
+    table = picture.with_suffix(".csv")
+    for file in (picture, table):
+        _check_place(file)
+
+    from softbrake import console
+    from softbrake.chart import chart as compute
+    from softbrake.chart import write_csv
+    from softbrake.diagram import draw_chart
+    from softbrake.drop import Diverged
+    from softbrake.plot import PlotError, check_picture
+
+    try:
+        check_picture(picture)
+    except PlotError as error:
+        _fail(error)
+    _announce_compiling(case, quiet, every=True)
+    try:
+        with console.chart_progress(quiet=quiet) as callback:
+            found = compute(case, budget, callback)
+    except (Diverged, ValueError) as error:
+        _fail(error, FAILED)
+    try:
+        write_csv(found, table)
+        if found.reference is not None:
+            draw_chart(found, picture)
+    except (OSError, PlotError) as error:  # disk full, folder gone
+        _fail(error, FAILED)
+    sets = "".join(f" --set {shlex.quote(text)}" for text in overrides or ())
+    console.print_chart(found, f"softbrake run {shlex.quote(str(case_file))}{sets}")
+    typer.echo(f"\n{f'{picture}, ' if found.reference is not None else ''}{table} written")
+    if found.interrupted:
+        _fail("interrupted", INTERRUPTED)
+
+
 def _shard(text: str | None) -> tuple[int, int]:
     number, slash, of = (text or "1/1").partition("/")
     if not (slash and number.isdecimal() and of.isdecimal() and 1 <= int(number) <= int(of)):
@@ -356,25 +484,45 @@ def _designs(path: Path, overrides: list[str] | None, vary: list[str] | None = N
         _fail(error)
 
 
+def _announce_compiling(case: Case, quiet: bool, every: bool = False) -> None:
+    from softbrake.drop import kernels_cached
+
+    if not quiet and not kernels_cached(case, every):
+        typer.echo("compiling kernels (first run only, about 15 s) ...", err=True)
+
+
 def _check_writable(results: Path, case_file: Path) -> None:
     """Say before the run what would fail after it."""
-    import os
-
     if results.resolve() == case_file.resolve():
         _fail(f"{results}: is the case file; --output must name another one")
     if results.suffix != ".vtkhdf":
         _fail(f"{results}: the name of a result file ends in .vtkhdf, for ParaView to know it")
-    if results.is_dir():
-        _fail(f"{results}: is a folder; --output must name a file")
-    if not results.parent.is_dir():
-        _fail(f"{results}: there is no folder {results.parent}")
-    if not os.access(results.parent, os.W_OK) or (results.exists() and not os.access(results, os.W_OK)):
-        _fail(f"{results}: may not be written")
+    _check_place(results)
+
+
+def _check_place(file: Path) -> None:
+    """Say whether a file can be written."""
+    import os
+
+    if file.is_dir():
+        _fail(f"{file}: is a folder; --output must name a file")
+    if not file.parent.is_dir():
+        _fail(f"{file}: there is no folder {file.parent}")
+    if not os.access(file.parent, os.W_OK) or (file.exists() and not os.access(file, os.W_OK)):
+        _fail(f"{file}: may not be written")
 
 
 def _check_scale(tension_scale: float | None) -> None:
     if tension_scale == 0.0:
         _fail("--dimensionless: the case has no pressure, and so no scale for tensions")
+
+
+def _check_reached(case: Case, summary: Summary) -> None:
+    """Exit code 1 where a tolerance was asked for and not reached."""
+    from softbrake.ladder import reached
+
+    if not reached(case, summary):
+        _fail(f"the tolerance of {case.tolerance:.3g} was not reached: {summary.fidelity_reason}", FAILED)
 
 
 def _show(summary: Summary, json: bool, tension_scale: float | None) -> None:

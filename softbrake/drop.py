@@ -70,10 +70,9 @@ class Diverged(Exception):
         return str(self.args[0])
 
 
-def kernels_cached(case: Case) -> bool:
-    """Whether a run of the case starts at once, its kernels having been compiled before."""
-    climbs = case.tolerance is not None
-    kernels = {*KERNELS.values()} if climbs else {KERNELS[case.model.fidelity]}
+def kernels_cached(case: Case, every: bool = False) -> bool:
+    """Whether a run of the case, or of every fidelity, starts at once, its kernels having been compiled before."""
+    kernels = {*KERNELS.values()} if every or case.tolerance is not None else {KERNELS[case.model.fidelity]}
     return all(any(CACHE_FOLDER.rglob(f"{one.__module__.rpartition('.')[2]}.{one.__name__}-*.nbc")) for one in kernels)
 
 
@@ -292,6 +291,12 @@ class Drop:
             wall_seconds=wall_seconds,
             model=ModelUsed(case.model.fidelity, case.grid.generatrix, case.grid.hoop, case.time.courant, case.model.scheme),
             results=None if file is None else str(file.path),
+            fabric_margin=_margin(
+                case.fabric.strength, max(peaks["peak_tension_generatrix"].value, peaks["peak_tension_hoop"].value)
+            ),
+            belt_margin=_margin(
+                min((b.strength for b in case.belts if b.strength is not None), default=None), belt.value if belt else 0.0
+            ),
         )
 
     def _divergence(self) -> str:
@@ -318,3 +323,7 @@ class Drop:
             f"diverged at {self.now(History.TIME):.6g} s, step {int(self.state.steps[0])}: {excess}; "
             f"fastest node: row {row} of {model.n1}, column {column}, at {speed[row, column]:.4g} m/s; most likely {cause}"
         )
+
+
+def _margin(strength: float | None, tension: float) -> float | None:
+    return strength / tension - 1.0 if strength is not None and tension > 0.0 else None

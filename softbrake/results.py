@@ -26,7 +26,7 @@ from numpy.typing import NDArray
 
 from softbrake.case import Case, case_to_dict
 from softbrake.state import UNITS, Floats, History
-from softbrake.summary import ModelUsed, Peak, Rung, Summary, Work
+from softbrake.summary import ModelUsed, Peak, Rung, Sensitivities, Sensitivity, Summary, Work
 
 
 class ResultError(Exception):
@@ -206,6 +206,8 @@ def read_summary(path: Path | str) -> Summary | None:
     text["work"] = Work(**text["work"])
     text["model"] = ModelUsed(**text["model"])
     text["ladder"] = [Rung(**rung) for rung in text["ladder"]]
+    if (found := text.get("sensitivity")) is not None:
+        text["sensitivity"] = Sensitivities(**{**found, "inputs": [Sensitivity(**row) for row in found["inputs"]]})
     return Summary(**text)
 
 
@@ -243,6 +245,16 @@ def read_snapshots(path: Path | str, *fields: str) -> Snapshots:
             velocity=root["FieldData/velocity"][:count],
             fields={name: shell(f"PointData/{name}") for name in fields},
         )
+
+
+def replace_summary(path: Path | str, summary: Summary) -> None:
+    """Write another answer over that of a finished run. Raises ResultError."""
+    try:
+        with h5py.File(path, "r+", locking=False) as file:
+            del file["softbrake/summary"]
+            file["softbrake/summary"] = json.dumps(asdict(summary))
+    except OSError as error:
+        raise ResultError(f"{path}: cannot be written: {_reason(error)}") from error
 
 
 def belt_rows(heights: list[float], shell_height: float, generatrix: int) -> list[int]:
