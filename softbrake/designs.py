@@ -95,7 +95,8 @@ def load_designs(
     axes = {} if node is None or vary else _axes_of_file(node, check)
     for index, option in enumerate(vary):
         axes |= _axis_of_option(option, Place((1, index, 0), f"--vary {option}"), check)
-    place = node.key if node is not None else Place((1, 0, 0), f"--mode {section.get('mode', 'grid')}")
+    asked = (settings or {}).get("mode") is not None
+    place = Place((1, 0, 0), f"--mode {section.get('mode', 'grid')}") if node is None or asked else node.key
     combinations = [] if check.faults else list(_combine(list(axes.values()), section, place, check))
     if check.faults:
         raise CaseError(check.messages())

@@ -308,6 +308,7 @@ class State(NamedTuple):
     last_step: Floats  # (1,), s, the step from n-1 to n; 0 at the start, which staggers it
     kinetic_start: Floats  # (1,), J
     peaks: Floats  # (len(Peak), 3): value, time (s), row
+    felt: Floats  # (1,) m/s^2, acceleration of the cargo behind a low-pass
     work: Work
     folds: Folds
 

@@ -84,7 +84,7 @@ class Summary:
     free_fall_velocity: float  # m/s, after falling the shell's height unbraked
     velocity_reduction: float | None  # m/s
     minimum_height: float  # m, lowest place of the upper cover
-    peak_deceleration: float  # m/s^2, upwards positive
+    peak_deceleration: float  # m/s^2, upwards positive, behind a low-pass of 1 kHz
     peak_tension_generatrix: float  # N/m
     peak_tension_hoop: float  # N/m
     peak_tension_belt: float | None  # N/m; None without belts

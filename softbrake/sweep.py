@@ -10,12 +10,13 @@ from __future__ import annotations
 import hashlib
 import json
 import os
+import re
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import asdict, dataclass
 from functools import cache
 from itertools import islice
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import h5py
 
@@ -26,6 +27,9 @@ from softbrake.designs import Axis, Designs
 from softbrake.kernels.jit import PACKAGE, hash_sources
 from softbrake.results import HISTORY_DTYPE
 from softbrake.state import UNITS
+
+if TYPE_CHECKING:
+    from distributed import Client
 
 PLAN, JOURNAL, HISTORIES = "plan.json", "journal", "histories"
 AT_ONCE = {"axisymmetric": 16, "lumped": 16}  # runs of one task of a cluster, whose upkeep takes a millisecond; else 1
@@ -109,6 +113,7 @@ def run_sweep(
     """
     if histories and any(design.case.tolerance is not None for design in designs.all):
         raise SweepError("--histories: a case with a tolerance has none, its answer is of several runs")
+    client = _connected(scheduler) if scheduler else None
     plan, cases = make_plan(designs)
     mine = dict.fromkeys(run.id for run in plan.runs[shard.number - 1 :: shard.of])
     try:
@@ -121,7 +126,7 @@ def run_sweep(
         raise SweepError(f"{folder}: {error.strerror or error}") from error
     todo = {id: cases[id] for id in mine if id not in known or (kept is not None and id not in kept.ids)}
     done = len(mine) - len(todo)
-    answers = _on_cluster(scheduler, todo, histories) if scheduler else _here(todo, threads, histories)
+    answers = _on_cluster(client, todo, histories) if client else _here(todo, threads, histories)
     if progress is not None:
         progress(done, len(mine), False)
     try:
@@ -151,22 +156,33 @@ def _here(todo: dict[str, Case], threads: int | None, histories: bool) -> Iterat
     yield from zip(todo, run_batch(todo.values(), threads=threads, histories=histories), strict=True)
 
 
-def _on_cluster(address: str, todo: dict[str, Case], histories: bool) -> Iterator[tuple[str, Dropped]]:
-    """Run cases on the workers of a dask scheduler; a worker's death moves its runs to others."""
+def _connected(address: str) -> Client:
+    """Return the client of a dask scheduler that has workers. Raises SweepError."""
     try:
-        from distributed import Client, KilledWorker, as_completed
+        from distributed import Client
     except ImportError:
         raise SweepError("--scheduler needs dask: pip install 'softbrake[dask]'") from None
-    where = f"--scheduler {address}"
+    wanted = "the address of a dask scheduler such as tcp://host:8786 is wanted"
+    if not re.fullmatch(r"[a-z]+://\S+:[0-9]+", address):  # dask would try for a minute
+        raise SweepError(f"--scheduler {address}: not an address; {wanted}")
     try:
         client = Client(address, set_as_default=False, timeout=PATIENCE)
-    except (OSError, ValueError) as error:
-        raise SweepError(f"{where}: {error}; the address of a dask scheduler such as tcp://host:8786 is wanted") from None
+    except OSError as error:
+        raise SweepError(f"--scheduler {address}: {error}; {wanted}") from None
+    try:
+        client.wait_for_workers(1, timeout=PATIENCE)
+    except TimeoutError:
+        client.close()
+        fault = f"no worker within {PATIENCE} s; `dask worker {address}` starts one"
+        raise SweepError(f"--scheduler {address}: {fault}") from None
+    return client
+
+
+def _on_cluster(client: Client, todo: dict[str, Case], histories: bool) -> Iterator[tuple[str, Dropped]]:
+    """Run cases on the workers of a dask scheduler; a worker's death moves its runs to others."""
+    from distributed import KilledWorker, as_completed
+
     with client:
-        try:
-            client.wait_for_workers(1, timeout=PATIENCE)
-        except TimeoutError:
-            raise SweepError(f"{where}: no worker within {PATIENCE} s; `dask worker {address}` starts one") from None
         tasks = {client.submit(_task, list(part.values()), histories, pure=False): list(part) for part in _parts(todo)}
         for task in as_completed(tasks, loop=client.loop):
             ids = tasks.pop(task)
@@ -174,7 +190,7 @@ def _on_cluster(address: str, todo: dict[str, Case], histories: bool) -> Iterato
                 continue  # lost with its workers, several times
             theirs, answers = task.result()
             if theirs != source_hash():
-                raise SweepError(f"{where}: a worker has another version of softbrake; the same is wanted everywhere")
+                raise SweepError("--scheduler: a worker has another version of softbrake; the same is wanted everywhere")
             yield from zip(ids, answers, strict=True)
             task.release()
 

@@ -4,7 +4,7 @@ Compiled once more with NUMBA_BOUNDSCHECK=1 these tests show that no kernel leav
 """
 
 from collections.abc import Callable
-from math import sqrt
+from math import exp, sqrt
 from typing import Any, NamedTuple
 
 import naive
@@ -19,7 +19,7 @@ from softbrake.build import grid_view
 from softbrake.case import parse_case
 from softbrake.drop import Drop
 from softbrake.kernels import fabric, pressure
-from softbrake.kernels.course import STEPS_PER_STEP_CHOICE, event_time
+from softbrake.kernels.course import FELT, STEPS_PER_STEP_CHOICE, event_time
 from softbrake.kernels.fields import sample_fields
 from softbrake.kernels.jit import NoAlias
 from softbrake.kernels.step import advance
@@ -296,7 +296,7 @@ def test_steps(shell: Shell) -> None:
     x, v, time, last, stable = shell.x, shell.v, 0.0, 0.0, 0.0
     work = {name: 0.0 for name in History if name.name.startswith("WORK")}
     peaks = np.zeros((len(Peak), 3))
-    rows, expected = [], []
+    rows, expected, felt = [], [], 0.0
     for n in range(STEPS_PER_STEP_CHOICE + 4):
         if n % STEPS_PER_STEP_CHOICE == 0:
             stable = naive.stable_step(model, x)
@@ -307,7 +307,9 @@ def test_steps(shell: Shell) -> None:
         found, outcome = drop.advance(most=1)
         rows.append(found[0].copy())
         assert outcome == Outcome.RUNNING
-        tops = [(twin.now[History.ACCELERATION], float(model.n1)), *twin.top.values()]
+        acceleration = twin.now[History.ACCELERATION]
+        felt = acceleration if n == 0 else felt + (1.0 - exp(-step / FELT)) * (acceleration - felt)
+        tops = [(felt, float(model.n1)), *twin.top.values()]
         for which, (value, row) in enumerate(tops):
             if value > peaks[which, 0]:
                 peaks[which] = value, time, row

@@ -1,12 +1,13 @@
 """The course of a run, whatever moves the nodes: length of each step, books, events within a step, the end."""
 
-from math import sqrt
+from math import exp, sqrt
 
 from softbrake.kernels.jit import kernel
 from softbrake.kernels.pressure import pressure_at
-from softbrake.state import FoldCount, History, Outcome
+from softbrake.state import FoldCount, History, Outcome, Peak
 
 STEPS_PER_STEP_CHOICE = 16  # a choice costs about a step; waves pass no more than sixteen cells meanwhile
+FELT = 1.6e-4  # s, time constant of the low-pass before the peak deceleration: 1 kHz, as of channel class 600 of ISO 6487
 RUNAWAY = 4.0  # kinetic energy above this many times what start, gravity and pressure gave: it came from nowhere
 
 
@@ -29,6 +30,7 @@ def end_step(model, state, length, height):
     """
     now = state.now
     velocity, acceleration = now[History.VELOCITY], now[History.ACCELERATION]
+    feel(state, length, float(model.n1))
     within, outcome = event_time(now[History.HEIGHT], velocity, acceleration, length)
     if outcome == Outcome.RUNNING and length == model.end - now[History.TIME]:
         outcome = Outcome.TIME_LIMIT
@@ -72,6 +74,18 @@ def event_time(height, velocity, acceleration, step):
         discriminant = max(velocity * velocity - 2.0 * acceleration * height, 0.0)
         return 2.0 * height / (sqrt(discriminant) - velocity), Outcome.IMPACT
     return lowest, Outcome.STOPPED if stops else Outcome.RUNNING
+
+
+@kernel
+def feel(state, length, row):
+    """Raise the peak of the deceleration as the cargo feels it, behind a first-order low-pass of FELT.
+
+    Cloth that meets the cover gives its momentum within one step, so that the force itself is as high as the step is short.
+    """
+    now, felt = state.now, state.felt
+    acceleration = now[History.ACCELERATION]
+    felt[0] = acceleration if state.steps[0] == 0 else felt[0] + (1.0 - exp(-length / FELT)) * (acceleration - felt[0])
+    raise_peak(state.peaks, Peak.DECELERATION, felt[0], now[History.TIME], row)
 
 
 @kernel

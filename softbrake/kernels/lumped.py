@@ -1,11 +1,11 @@
 """The drop without a shell: gas of the law's pressure under the cover's area, a piston. Eqs. (2.4), (2.10)."""
 
 from softbrake.kernels.contact import foresee
-from softbrake.kernels.course import begin_step, end_step, raise_peak, record
+from softbrake.kernels.course import begin_step, end_step, record
 from softbrake.kernels.jit import kernel
 from softbrake.kernels.motion import push_cargo
 from softbrake.kernels.pressure import pressure_at
-from softbrake.state import History, Outcome, Peak
+from softbrake.state import History, Outcome
 
 
 @kernel
@@ -26,7 +26,6 @@ def advance_lumped(model, state, _, history, interval, most, until):
         now[History.COVER_FORCE] = now[History.GROUND_FORCE] = force
         now[History.GROUND_AREA] = area
         velocity, height = push_cargo(now, old, step, mass)  # (2.4)
-        raise_peak(state.peaks, Peak.DECELERATION, now[History.ACCELERATION], now[History.TIME], float(model.n1))
         if state.steps[0] % interval == 0:
             record(history, rows, now)
             rows += 1

@@ -326,7 +326,6 @@ def raise_peaks(now, peaks, meridian, n1):
     for k in range(meridian.belt_rows.size):
         row = meridian.belt_rows[k]
         raise_peak(peaks, Peak.TENSION_BELT, meridian.belt_tension[row], time, float(row))
-    raise_peak(peaks, Peak.DECELERATION, now[History.ACCELERATION], time, float(n1))
     return higher_1 | higher_2
 
 

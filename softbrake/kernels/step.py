@@ -147,7 +147,7 @@ def sweep_rows(model, state, sweep, dt, length):
             add_cell_work(g, h, cells, mean, elastic, viscous, below, hoop_below, hoop, below, below, row, dt, n2)
         if i > 0 and shear:
             add_shear_work(g, h, cells, mean, elastic, below, hoop_below, hoop, below, below, row, dt, n2)
-    book_forces(now, peaks, top_1, top_2, top_belt, by_column, n1, n2, dt, sectors)
+    book_forces(now, peaks, top_1, top_2, top_belt, by_column, n2, dt, sectors)
     now[History.GROUND_AREA] = sectors * (model.cover_area + total(by_column.on_ground, n2))
     return height
 
@@ -205,12 +205,11 @@ def book_top(now, peaks, top, columns, column, which):
 
 
 @kernel
-def book_forces(now, peaks, top_1, top_2, top_belt, by_column, n1, columns, dt, sectors):
+def book_forces(now, peaks, top_1, top_2, top_belt, by_column, columns, dt, sectors):
     """Write the largest tensions of the step and the ground's impulse on the fabric to now, and raise the peaks."""
     book_top(now, peaks, top_1, columns, History.TENSION_GENERATRIX, Peak.TENSION_GENERATRIX)
     book_top(now, peaks, top_2, columns, History.TENSION_HOOP, Peak.TENSION_HOOP)
     book_top(now, peaks, top_belt, columns, History.TENSION_BELT, Peak.TENSION_BELT)
-    raise_peak(peaks, Peak.DECELERATION, now[History.ACCELERATION], now[History.TIME], float(n1))
     now[History.GROUND_FORCE] += sectors * (total(by_column.impulse, columns) / dt)
 
 
