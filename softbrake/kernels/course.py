@@ -4,7 +4,7 @@ from math import sqrt
 
 from softbrake.kernels.jit import kernel
 from softbrake.kernels.pressure import pressure_at
-from softbrake.state import FoldCount, History, Outcome
+from softbrake.state import History, Outcome
 
 STEPS_PER_STEP_CHOICE = 16  # a choice costs about a step; waves pass no more than sixteen cells meanwhile
 RUNAWAY = 4.0  # kinetic energy above this many times what start, gravity and pressure gave: it came from nowhere
@@ -34,7 +34,7 @@ def end_step(model, state, length, height):
         outcome = Outcome.TIME_LIMIT
     gas = min(max(now[History.WORK_PRESSURE], 0.0), model.most_gas_work)
     given = state.kinetic_start[0] + max(now[History.WORK_GRAVITY], 0.0) + gas
-    if not now[History.KINETIC_ENERGY] <= RUNAWAY * given or state.folds.counts[FoldCount.FAULT] == 1:
+    if not now[History.KINETIC_ENERGY] <= RUNAWAY * given:
         outcome = Outcome.DIVERGED
     if outcome == Outcome.RUNNING:
         now[History.HEIGHT] = height

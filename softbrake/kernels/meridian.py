@@ -16,7 +16,7 @@ from softbrake.kernels.jit import kernel
 from softbrake.kernels.lobes import part_meridian_lobes
 from softbrake.kernels.motion import push_cargo
 from softbrake.kernels.pressure import pressure_at, update_damped_pressure
-from softbrake.state import PAD, History, Outcome, Peak
+from softbrake.state import PAD, FoldCount, History, Outcome, Peak
 
 ONE = uint64(1)
 FIRST = uint64(PAD)
@@ -408,4 +408,6 @@ def advance_meridian(model, state, meridian, history, interval, most, until):
         if outcome != Outcome.RUNNING:
             record(history, rows, now)
             return rows + 1, outcome
+        if state.folds.counts[FoldCount.CRAMPED] == 1:
+            break
     return rows, Outcome.RUNNING
