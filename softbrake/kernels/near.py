@@ -13,7 +13,7 @@ from softbrake.kernels.jit import kernel
 from softbrake.kernels.meet import corners_of
 from softbrake.state import BLOCK, Box, FoldCount
 
-SAME = 0.5  # cosine of the angle of normals below which cloth may fold onto itself before the next search
+SAME = 0.7  # cosine of the angle of normals below which cloth may fold onto itself before the next search
 
 
 @kernel
@@ -38,7 +38,7 @@ def find_pairs(nodes, folds, sheet, near):
             folds.counts[FoldCount.TESTS] += 1
             if blocks[b, Box.LOW_X] > blocks[a, Box.HIGH_X] + reach + widest:
                 break
-            if not may_meet(blocks, a, b, reach + blocks[b, Box.MARGIN]):
+            if not may_meet(blocks, a, b, reach + blocks[b, Box.MARGIN], sheet.columns > 1):
                 continue
             count = add_pairs(nodes, folds, sheet, a, b, near, count)
             if a != b:
@@ -135,8 +135,8 @@ def sort_blocks(blocks, order):
 
 
 @kernel
-def may_meet(blocks, a, b, reach):
-    """Return whether two blocks, or parts of one, are within reach (m) of each other and not smoothly joined."""
+def may_meet(blocks, a, b, reach, wide):
+    """Return whether two blocks, or parts of one, are within reach (m) of each other; not of wide cloth that is smooth there."""
     box, other = blocks[a], blocks[b]
     over_y = box[Box.LOW_Y] <= other[Box.HIGH_Y] + reach and other[Box.LOW_Y] <= box[Box.HIGH_Y] + reach
     over_z = box[Box.LOW_Z] <= other[Box.HIGH_Z] + reach and other[Box.LOW_Z] <= box[Box.HIGH_Z] + reach
@@ -145,7 +145,7 @@ def may_meet(blocks, a, b, reach):
     cosine = box[Box.NORMAL_X] * other[Box.NORMAL_X] + box[Box.NORMAL_Y] * other[Box.NORMAL_Y]
     cosine += box[Box.NORMAL_Z] * other[Box.NORMAL_Z]
     between = acos(min(max(cosine, -1.0), 1.0)) + box[Box.SPREAD] + other[Box.SPREAD]
-    return between > acos(SAME)
+    return not wide or between > acos(SAME)
 
 
 @kernel
