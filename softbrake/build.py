@@ -8,8 +8,10 @@ import numpy as np
 
 from softbrake.case import Case
 from softbrake.state import (
+    BLOCK,
     PAD,
     Belts,
+    Box,
     ByColumn,
     Cells,
     Contact,
@@ -18,7 +20,6 @@ from softbrake.state import (
     Floats,
     FoldCount,
     Folds,
-    FoldTravel,
     History,
     Lobes,
     Meridian,
@@ -149,7 +150,6 @@ def build_state(case: Case, model: Model) -> State:
     nodes.y.reshape(-1, stride)[:] = radius * np.sin(angle)
     nodes.z.reshape(-1, stride)[:] = height
     nodes.w.reshape(-1, stride)[:] = np.where(height > 0.0, -case.cargo.velocity, 0.0)
-    edge = model.fabric.h1 if one_column else min(model.fabric.h1, model.fabric.h2)
     now = np.zeros(len(History))
     now[History.HEIGHT] = case.shell.height
     now[History.VELOCITY] = -case.cargo.velocity
@@ -165,25 +165,46 @@ def build_state(case: Case, model: Model) -> State:
         peaks=np.zeros((len(Peak), 3)),
         felt=np.zeros(1),
         work=Work(*(_rows(1, model.n1 + 1, Work._fields, FREE) if one_column else _rows(1, _lanes(model.n2), Work._fields))),
-        folds=build_folds(nodes.x.size if model.contact.folds else 1, edge, PLEATS if one_column else PAIRS_PER_NODE),
+        folds=build_folds(nodes.x.size, model.n1, 1 if one_column else model.n2, PLEATS if one_column else PAIRS_PER_NODE)
+        if model.contact.folds
+        else build_folds(1, 1, 1, 1),
     )
 
 
-def build_folds(nodes: int, edge: float, pairs: int) -> Folds:
-    """Return the arrays of the contact of folds, for so many nodes with so many pairs each, of cells with an edge (m)."""
-    travel = np.zeros(len(FoldTravel))
-    travel[FoldTravel.SEARCHED], travel[FoldTravel.MARGIN] = -inf, edge
+def build_folds(nodes: int, rows: int, columns: int, pairs: int) -> Folds:
+    """Return the arrays of the contact of folds, for so many nodes with so many pairs each, rows and columns of cells.
+
+    nodes: size of their arrays.
+    """
+    blocks = -(-rows // BLOCK) * -(-columns // BLOCK)
     return Folds(
         pairs=np.zeros(pairs * nodes, np.int64),
         wake=np.zeros(pairs * nodes),
-        head=np.zeros(1 << (nodes - 1).bit_length(), np.int64),
-        following=np.zeros(nodes, np.int64),
+        contacts=np.zeros((pairs * nodes, 9)),
+        path=np.zeros(nodes),
+        step=np.zeros(nodes),
+        margin=np.full(nodes, -1.0),  # used up
+        face_path=np.zeros(nodes),
+        face_step=np.zeros(nodes),
+        scale=np.ones(1),
+        normal_x=np.zeros(nodes),
+        normal_y=np.zeros(nodes),
+        normal_z=np.zeros(nodes),
+        blocks=np.zeros((blocks, len(Box))),
+        order=np.arange(blocks),
+        inside=np.zeros((BLOCK + 1) * BLOCK, np.int64),
         stamp=np.zeros(nodes, np.int64),
         counts=np.zeros(len(FoldCount), np.int64),
-        travel=travel,
         penetration=np.zeros(1),
         impulse=np.zeros(2),
     )
+
+
+def with_room(folds: Folds) -> Folds:
+    """Return the arrays of the contact of folds with room for twice as many pairs, and those there are."""
+    folds.counts[FoldCount.CRAMPED] = 0
+    wake, contacts = (np.concatenate((part, np.zeros_like(part))) for part in (folds.wake, folds.contacts))
+    return folds._replace(pairs=np.concatenate((folds.pairs, np.zeros_like(folds.pairs))), wake=wake, contacts=contacts)
 
 
 def build_sweep(model: Model) -> Sweep:

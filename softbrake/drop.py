@@ -25,6 +25,7 @@ from softbrake.build import (
     initial_energy,
     whole_model,
     whole_nodes,
+    with_room,
 )
 from softbrake.case import Case, parse_case, starter
 from softbrake.kernels.fields import sample_fields
@@ -144,7 +145,14 @@ class Drop:
         """
         start = time.perf_counter()
         kernel = KERNELS[self.case.model.fidelity]
-        rows, outcome = kernel(self.model, self.state, self.sweep, self.history, self.interval, most, until)
+        interval, last = self.interval, int(self.state.steps[0]) + most
+        rows, outcome = kernel(self.model, self.state, self.sweep, self.history, interval, most, until)
+        while self.state.folds.counts[FoldCount.CRAMPED]:
+            self.state = self.state._replace(folds=with_room(self.state.folds))
+            if outcome == Outcome.RUNNING:
+                rest = last - int(self.state.steps[0])
+                more, outcome = kernel(self.model, self.state, self.sweep, self.history[rows:], interval, rest, until)
+                rows += more
         self.kernel_seconds += time.perf_counter() - start
         return self.history[:rows], Outcome(outcome)
 
@@ -321,8 +329,6 @@ class Drop:
         else:
             excess = "kinetic energy not finite"
         stretch = float(np.median(self.fields()["stretch_hoop"]))
-        if self.state.folds.counts[FoldCount.FAULT]:
-            excess = "folds not to be kept apart: more of them near one another than the arrays hold, or cells out of all shape"
         if stretch > BURST:
             cause = (
                 f"the fabric bursts: half of the hoops, stretched {stretch:.3g} times and more, find no balance with the pressure"

@@ -17,6 +17,7 @@ from numpy import float64, int64
 from numpy.typing import NDArray
 
 PAD = 8
+BLOCK = 4  # cells along each side of the blocks of cloth in the search for folds that meet
 Floats = NDArray[float64]
 Ints = NDArray[int64]
 
@@ -95,20 +96,29 @@ class FoldCount(IntEnum):
     """Entries of `Folds.counts`."""
 
     DUE = 0  # 1: folds may meet
-    PAIRS = 1  # near one another
-    FAULT = 2  # 1: too many for the arrays, or the shell out of all shape
-    PIERCED = 3  # nodes that passed through faces, over the run
-    SEARCHES = 4  # over the run
-    TESTS = 5  # distances computed by them
-    PASSES = 6  # over the awake pairs, over the run
+    STALE = 1  # 1: near pairs are to be searched for anew
+    CRAMPED = 2  # 1: there were more than the arrays hold
+    PAIRS = 3  # near one another
+    PIERCED = 4  # nodes that passed through faces, over the run
+    SEARCHES = 5  # over the run
+    TESTS = 6  # of boxes in them
+    PASSES = 7  # over the awake pairs, over the run
 
 
-class FoldTravel(IntEnum):
-    """Entries of `Folds.travel`, m."""
+class Box(IntEnum):
+    """Columns of `Folds.blocks`: a box (m) around a block of cloth, and the cone of its normals."""
 
-    TOTAL = 0  # sum of the largest travel of a node in each step
-    SEARCHED = 1  # that sum at the last search
-    MARGIN = 2  # to which that search looked
+    LOW_X = 0
+    LOW_Y = 1
+    LOW_Z = 2
+    HIGH_X = 3
+    HIGH_Y = 4
+    HIGH_Z = 5
+    NORMAL_X = 6
+    NORMAL_Y = 7
+    NORMAL_Z = 8
+    SPREAD = 9  # rad, widest angle of a normal from that
+    MARGIN = 10  # m, largest of its nodes
 
 
 class PressureLaw(IntEnum):
@@ -279,12 +289,23 @@ class Folds(NamedTuple):
     """Nodes and faces of the shell near one another, and the search for them; all of size 1 where folds are not asked for."""
 
     pairs: Ints  # (capacity,), node times 2^32 plus the face's lower left node; those awake in front
-    wake: Floats  # m, (capacity,), total travel at which a pair is to be looked at again
-    head: Ints  # (a power of two,), node of a cell of space, -1 for none
-    following: Ints  # (nodes,), next node of its cell
+    wake: Floats  # m, (capacity,), travel of node and face at which a pair is to be looked at again
+    contacts: Floats  # (capacity, 9), of those awake at n: unit vector from face to node, the corners' weights, speed of closing
+    # allowed (m/s), and how far the face's nearest corner is along the vector (m, negative; inf where the two touch)
+    path: Floats  # m, (nodes,), travelled since the last search
+    step: Floats  # m, (nodes,), in this step
+    margin: Floats  # m, (nodes,), that may be travelled until the next search
+    face_path: Floats  # m, (nodes,), largest path of the corners of a face, by its lower left one
+    face_step: Floats  # m, (nodes,), likewise
+    scale: Floats  # (1,), of the margins
+    normal_x: Floats  # (nodes,), of the cloth at the last search, shorter than 1 where it is creased
+    normal_y: Floats
+    normal_z: Floats
+    blocks: Floats  # (blocks, len(Box))
+    order: Ints  # (blocks,), by lower x
+    inside: Ints  # (nodes of a block,), scratch
     stamp: Ints  # (nodes,), pass in which a node was last pushed
     counts: Ints  # (len(FoldCount),)
-    travel: Floats  # (len(FoldTravel),), m
     penetration: Floats  # (1,), largest so far, over the unloaded cell
     impulse: Floats  # (2,), N s, upwards: on the cargo, of the ground on the fabric, in the step
 

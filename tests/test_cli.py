@@ -113,6 +113,11 @@ def test_schema_is_json(softbrake: Command) -> None:
     assert "fabric" in json.loads(done.stdout)["properties"]
 
 
+def test_check_says_that_a_sector_has_no_folds(softbrake: Command, paper: Path) -> None:
+    sector = ("--set", "model.fidelity=sector", "--set", "model.sector=6", "--set", "contact=full")
+    assert "contact             ground, cover, cargo; folds not in a sector\n" in softbrake("check", paper, *sector).stdout
+
+
 def test_init_writes_a_case_that_checks_and_never_overwrites_unasked(softbrake: Command, tmp_path: Path) -> None:
     starter = softbrake("init", "-").stdout
     assert softbrake("init").returncode == 0

@@ -8,19 +8,19 @@ import pytest
 from naive_folds import crossings, distance_to_triangle, meridian_crossings, near_pairs, passing_time, triangles
 
 import softbrake
-from softbrake.build import build_folds, grid_view
+from softbrake.build import build_folds, grid_view, with_room
 from softbrake.drop import Drop
-from softbrake.kernels.folds import FOLD_GAP, part_moved
+from softbrake.kernels.folds import CUSHION, part_moved
 from softbrake.kernels.meet import NEVER, crossing_of_triangle, nearest_on_face
 from softbrake.kernels.near import find_pairs
 from softbrake.kernels.step import fold_step
-from softbrake.state import PAD, Floats, FoldCount, FoldTravel, History, Nodes, Outcome, Sector, Sheet, Step
+from softbrake.state import PAD, Floats, FoldCount, History, Nodes, Outcome, Sector, Sheet, Step
 
 pytestmark = pytest.mark.kernels
 
 CONFIGS = Path(__file__).resolve().parents[1] / "configs"
 EDGE = 0.01  # m, of the cells of loose cloth
-GAP = FOLD_GAP * EDGE
+THICK = CUSHION * EDGE
 OPEN = (-inf, 0, inf, 0, inf, inf, 0)  # neither ground nor cover, cargo, axis
 
 
@@ -39,7 +39,7 @@ class Cloth:
         self.mass = np.full(self.n1 + 1, 2e-3)
         if seed_mass is not None:
             self.mass *= np.random.default_rng(seed_mass).uniform(0.5, 2.0, self.n1 + 1)
-        self.folds = build_folds(self.nodes.x.size, EDGE, 8 if shell else 64)
+        self.folds = build_folds(self.nodes.x.size, self.n1, self.n2, 8 if shell else 64)
         self.folds.counts[FoldCount.DUE] = 1
         self.contact, self.kinetic = np.zeros(self.n1 + 1 if not shell else self.n2), np.zeros(max(self.n2, self.n1 + 1))
         self.impulse = np.zeros(2)
@@ -78,7 +78,8 @@ class Cloth:
         free[1:-1, :, 2] = np.clip(free[1:-1, :, 2], low, high)
         self.set(free, velocities)
         part_moved(self.nodes, self.mass, self.contact, self.kinetic, self.folds, course, self.sheet)
-        assert self.folds.counts[FoldCount.FAULT] == 0
+        if self.folds.counts[FoldCount.CRAMPED]:
+            self.folds = with_room(self.folds)
         self.impulse += self.folds.impulse
         self.cover = course.next_cover
         after, velocities = self.places, self.velocities
@@ -157,7 +158,7 @@ def test_node_on_a_face_takes_the_inelastic_impulse() -> None:
     places = two_layers(6, 6, 0.6 * EDGE, shift=0.5)
     places[:-1, 6:, 2] += 10 * EDGE
     places[-1, :, 2] += 10 * EDGE
-    places[3, 8] = (3 - 0.5) * EDGE, 2.5 * EDGE, 0.5 * GAP  # one tip of the upper layer, above the centre of a lower face
+    places[3, 8] = (3 - 0.5) * EDGE, 2.5 * EDGE, THICK  # one tip of the upper layer, above the centre of a lower face
     velocities = np.zeros_like(places)
     velocities[3, 8] = 1.0, 2.0, -5.0
     cloth = Cloth(places, velocities)
@@ -219,7 +220,7 @@ def test_layers_that_do_not_match_never_pass(speed: float, seed: int) -> None:
 
 def test_nothing_sticks() -> None:
     """Layers that lie on each other and are drawn apart take no impulse."""
-    places = two_layers(8, 10, 0.5 * GAP)
+    places = two_layers(8, 10, 0.5 * THICK)
     velocities = np.zeros_like(places)
     velocities[1:-1, 10:, 2] = 1.0
     cloth = Cloth(places, velocities)
@@ -308,9 +309,9 @@ def test_search_finds_all_pairs(seed: int, reach: float) -> None:
     """All that are near, and few that are not: boxes around faces are what is looked at."""
     places = crumpled(10, 12, seed)
     cloth = Cloth(places, np.zeros_like(places))
-    folds = build_folds(cloth.nodes.x.size, EDGE, 500)  # so many are near
-    folds = folds._replace(following=cloth.folds.following)
-    count = find_pairs(cloth.nodes, folds, cloth.sheet, reach * EDGE, EDGE)
+    folds = build_folds(cloth.nodes.x.size, 10, 12, 500)  # so many are near
+    folds.margin[:] = 0.25 * reach * EDGE
+    count = find_pairs(cloth.nodes, folds, cloth.sheet, 0.5 * reach * EDGE)
     found = set()
     for pair in folds.pairs[:count]:
         (i, j), (row, column) = (divmod(int(a), cloth.stride) for a in (pair >> 32, pair & (2**32 - 1)))
@@ -327,9 +328,10 @@ def test_search_is_linear_in_the_nodes() -> None:
     for factor in (1, 2, 4):
         places = crumpled(12 * factor, 24 * factor, 5)
         cloth = Cloth(places, np.zeros_like(places))
-        find_pairs(cloth.nodes, cloth.folds, cloth.sheet, 0.25 * EDGE, EDGE)
+        cloth.folds.margin[:] = 0.125 * EDGE
+        find_pairs(cloth.nodes, cloth.folds, cloth.sheet, THICK)
         tests.append(cloth.folds.counts[FoldCount.TESTS] / (places.shape[0] * places.shape[1]))
-    assert tests[2] < 1.2 * tests[0]
+    assert tests[2] < 1.3 * tests[0]
     assert tests[0] > 1.0
 
 
@@ -341,7 +343,8 @@ def test_flat_and_compressed_cloth_has_no_pairs() -> None:
         places[..., 1] = factor * 24 * EDGE / (2 * np.pi) * np.sin(angle)
         places[..., 2] = factor * np.arange(13)[:, None] * EDGE
         cloth = Cloth(places, np.zeros_like(places))
-        assert find_pairs(cloth.nodes, cloth.folds, cloth.sheet, 0.5 * EDGE, EDGE) == 0
+        cloth.folds.margin[:] = 0.2 * EDGE
+        assert find_pairs(cloth.nodes, cloth.folds, cloth.sheet, THICK) == 0
 
 
 # --- whole drops ------------------------------------------------------------------------------------------------------------
@@ -379,9 +382,9 @@ def test_folds_of_a_whole_drop() -> None:
     The ledger is closed, and contact only takes.
     """
     falling, without = drop(*CRUSH), drop(*CRUSH, folds=False)
-    count, outcome = pierced(falling, 80)
+    count, outcome = pierced(falling, 20)
     assert outcome == Outcome.IMPACT
-    assert count < 0.25 * pierced(without, 80)[0]
+    assert count < 0.25 * pierced(without, 20)[0]
     assert falling.state.folds.penetration[0] < 0.05
     assert falling.state.folds.counts[FoldCount.PASSES] > 100
     assert abs(falling.energy_error()) < 1e-11
@@ -455,12 +458,22 @@ def test_step_is_cut_for_fast_cloth() -> None:
     assert step == pytest.approx(0.25 * falling.model.fabric.h1 / (2 * 800.0))
 
 
-def test_too_many_pairs_end_the_run_with_a_clear_cause() -> None:
+def test_arrays_grow_with_the_pairs() -> None:
+    """With room for three pairs at first: the arrays are enlarged until they hold all, and the run goes on."""
     falling = drop(*CRUSH)
     few = falling.state.folds
-    falling.state = falling.state._replace(folds=few._replace(pairs=few.pairs[:3].copy(), wake=few.wake[:3].copy()))
-    with pytest.raises(
-        softbrake.Diverged, match="folds not to be kept apart: more of them near one another than the arrays hold"
-    ):
-        falling.run(None, None)
-    assert falling.state.folds.travel[FoldTravel.MARGIN] > 0.0
+    small = few._replace(pairs=few.pairs[:3].copy(), wake=few.wake[:3].copy(), contacts=few.contacts[:3].copy())
+    falling.state = falling.state._replace(folds=small)
+    summary = falling.run(None, None)
+    assert summary.outcome == "impact"
+    folds = falling.state.folds
+    assert folds.counts[FoldCount.PAIRS] <= folds.pairs.size == folds.wake.size == len(folds.contacts)
+    assert folds.pairs.size > 300
+
+
+def test_heap_of_cloth() -> None:
+    """Free fall without gas: the wall crumples into a heap, and the run goes on to impact, little slower than free fall."""
+    falling = drop(*CRUSH, "pressure.value=0 Pa", "belts.count=0")
+    summary = falling.run(None, None)
+    assert summary.outcome == "impact"
+    assert summary.impact_velocity == pytest.approx(summary.free_fall_velocity, rel=0.03)

@@ -4,7 +4,7 @@ from math import exp, sqrt
 
 from softbrake.kernels.jit import kernel
 from softbrake.kernels.pressure import pressure_at
-from softbrake.state import FoldCount, History, Outcome, Peak
+from softbrake.state import History, Outcome, Peak
 
 STEPS_PER_STEP_CHOICE = 16  # a choice costs about a step; waves pass no more than sixteen cells meanwhile
 FELT = 1.6e-4  # s, time constant of the low-pass before the peak deceleration: 1 kHz, as of channel class 600 of ISO 6487
@@ -34,7 +34,7 @@ def end_step(model, state, length, height):
     within, outcome = event_time(now[History.HEIGHT], velocity, acceleration, length)
     if outcome == Outcome.RUNNING and length == model.end - now[History.TIME]:
         outcome = Outcome.TIME_LIMIT
-    if ran_away(model, state) or state.folds.counts[FoldCount.FAULT] == 1:
+    if ran_away(model, state):
         outcome = Outcome.DIVERGED
     if outcome == Outcome.RUNNING:
         now[History.HEIGHT] = height

@@ -1,31 +1,41 @@
 """Contact of the folds of the shell with one another: unilateral, smooth, without rebound. Nodes against faces.
 
-After the push of all free rows, impulses at n+1/2 change velocities, and places by what that makes until n+1. A node that would
-pass through a face in the step, or come within a gap of it, and the face's corners take equal and opposite impulses along the
-normal, which end the closing and no more; pair by pair and over again until none is left (Gauss-Seidel). Continuous detection as
-in Bridson, Fedkiw, Anderson 2002, and their order: what never passes is on the side where it was. Edges may cut edges.
+After the push of all free rows, impulses at n+1/2 change velocities, and places by what that makes until n+1. Each face has a
+cushion: a node and the corners of a face that would come nearer than it is thick take equal and opposite impulses along the
+line between them at n, which end the closing and give back half of what the cushion is pressed in; pair after pair, a few times
+over (Gauss-Seidel). What would pass through a face all the same is found by continuous detection, and parted when and where it
+does, until none is left. Edges may cut edges. After Bridson, Fedkiw, Anderson, Robust treatment of collisions, contact
+and friction for cloth animation (2002), and their order: what never passes is on the side where it was.
 """
 
 from math import inf, sqrt
 
+from numba import uint64
+
 from softbrake.kernels.contact import GAP, allowed_place, jolt
 from softbrake.kernels.course import STEPS_PER_STEP_CHOICE
 from softbrake.kernels.jit import kernel
-from softbrake.kernels.meet import APART, PASSES, corners_of, meet
+from softbrake.kernels.meet import APART, PASSES, SMALLEST, closing_along, corners_of, meet, nearest_on_face, seen_from
 from softbrake.kernels.near import find_pairs
-from softbrake.state import PAD, Blows, FoldCount, FoldTravel, Sheet
+from softbrake.state import PAD, Blows, FoldCount, Sheet
 
-FOLD_GAP = 1e-3  # of an unloaded cell, kept between folds
-MARGIN = 0.5  # of an unloaded cell, to which the search looks
+CUSHION = 0.02  # of an unloaded cell, kept between folds
+SPRING = 0.5  # of what a cushion is pressed in, given back in a step,
+REBOUND = 0.5  # but at no more than this part of the speed of closing: what rests in it is left there
+CUSHIONINGS = 4  # passes over the cushions
+GAP_PASSED = 1e-3  # of an unloaded cell, at which what would pass is held, if it was as far
 AIM = 1.2  # of the impulse needed, after the first passes: a rebound, but fewer passes for pairs that others push back
-LEAST_GIVE = 0.01  # of a free node's: a lever shorter than a tenth of a cell would multiply impulses without bound
-FORESIGHT = 2.0  # times until the next choice of the step
 FIRM = 4  # passes that take what is needed and no more
-GENTLE = 12  # passes that look after the gap as well; then what stays too near, as in a narrow wedge, is left there
+PUSHES = 60  # passes over what would pass a face, and as many more over a meridian; what still does then is counted
+LEAST_GIVE = 0.01  # of a free node's: a lever shorter than a tenth of a cell would multiply impulses without bound
+TINY = 1e-3  # of the cushion; nearer than this the direction from face to node says nothing
+REST = 0.1  # of an unloaded cell, margin of a node at rest in the search
+STEPS = 10.0  # steps at the present speed, margin of one that moves
+SLACK = 1.25  # on the travel before contact: blows make some nodes faster
+WIDEST, LEAST = 2.0, 0.125  # by which margins are scaled
+FEW, MANY = 0.1, 1.0  # pairs per face
 BESIDE = 1e-9  # part of the cargo's radius
-PUSHES = 60  # passes over a meridian, and as many more that merge what still passes
-SHELL_PUSHES = 60  # passes over the full shell; what still passes then is counted
-CLOSING = 3.0  # two nodes near each other by twice the largest travel, by sqrt(2) more where blows turned it
+FORESIGHT = 2.0  # times until the next choice of the step
 FACE = 2**32 - 1  # bits of a pair that name the face
 
 
@@ -85,106 +95,179 @@ def part_moved(nodes, mass, contact, kinetic, folds, course, sheet):
 @kernel
 def part_folds(nodes, mass, blows, folds, course, sheet):
     """Keep the folds apart in the step to n+1. Reads mass (kg, by row). Writes nodes, blows, folds."""
-    gap = FOLD_GAP * sheet.edge
-    travel = course.length * largest_speed(nodes, sheet)
-    if not look_around(nodes, folds, sheet, gap, travel):
-        folds.counts[FoldCount.FAULT] = 1
+    counts, length = folds.counts, course.length
+    if add_travel(nodes, folds, sheet, length) or counts[FoldCount.STALE] == 1:
+        look_around(folds, nodes, sheet)
+    awake = wake_pairs(nodes, folds, sheet, length)
+    if awake == 0:
         return
-    reach = gap + CLOSING * travel
-    awake = sort_out(nodes, folds, sheet, course.length, gap, reach)
-    tries = 0
-    pushed = awake
-    most = 2 * PUSHES if sheet.columns == 1 else SHELL_PUSHES
+    for _ in range(CUSHIONINGS):
+        counts[FoldCount.PASSES] += 1
+        for k in range(awake):
+            press_cushion(nodes, mass, blows, folds, course, sheet, k)
+    tries, pushed, most = 0, 1, PUSHES if sheet.columns > 1 else 2 * PUSHES
     while pushed > 0 and tries < most:
-        pushed = try_pairs(nodes, mass, blows, folds, course, sheet, awake, gap, reach, tries)
+        pushed = try_pairs(nodes, mass, blows, folds, course, sheet, awake, tries)
         tries += 1
     if pushed > 0:
-        book_failure(nodes, folds, sheet, awake, course.length, gap, reach)
+        book_failure(nodes, folds, sheet, awake, length)
 
 
 @kernel
-def largest_speed(nodes, sheet):
-    """Return the largest speed (m/s) of a node."""
-    u, v, w = nodes.u, nodes.v, nodes.w
-    largest = 0.0
-    for i in range(1, sheet.rows + 1):
-        start = i * sheet.stride + sheet.first
-        for a in range(start, start + sheet.columns):
-            largest = max(largest, u[a] * u[a] + v[a] * v[a] + w[a] * w[a])
-    return sqrt(largest)
+def add_travel(nodes, folds, sheet, length):
+    """Add what the nodes travel in the step (s) to their paths. Returns whether one has used up its margin.
 
-
-@kernel
-def look_around(nodes, folds, sheet, gap, travel):
-    """Search for near pairs anew where nodes may have come near unseen. Returns whether the pairs are all there.
-
-    Where they are too many for the arrays, the margin is halved; one below what the step closes is of no use.
+    Writes folds.step, path, face_step, face_path.
     """
-    counts, totals, wake = folds.counts, folds.travel, folds.wake
-    totals[FoldTravel.TOTAL] += travel
-    total = totals[FoldTravel.TOTAL]
-    if CLOSING * (total - totals[FoldTravel.SEARCHED]) <= totals[FoldTravel.MARGIN]:
-        return True
-    margin = min(2.0 * totals[FoldTravel.MARGIN], MARGIN * sheet.edge)
-    while margin >= CLOSING * travel:
-        count = find_pairs(nodes, folds, sheet, margin + gap, sheet.edge)
+    u, v, w, path, step, margin = nodes.u, nodes.v, nodes.w, folds.path, folds.step, folds.margin
+    used_up = 0
+    for a in range(uint64(path.size)):
+        way = SLACK * length * sqrt(u[a] * u[a] + v[a] * v[a] + w[a] * w[a])
+        step[a] = way
+        path[a] += way
+        used_up |= int(path[a] > margin[a])
+    if folds.counts[FoldCount.PAIRS] > 0:
+        update_faces(folds, sheet)
+    return used_up > 0
+
+
+@kernel
+def update_faces(folds, sheet):
+    """Write the largest path and step of the corners of each face, by its lower left one; rows end in copies."""
+    path, step, face_path, face_step = folds.path, folds.step, folds.face_path, folds.face_step
+    above, right = uint64(sheet.stride), uint64(sheet.columns > 1)
+    for a in range(uint64(path.size) - above - right):
+        b, c, d = a + right, a + above, a + above + right
+        face_path[a] = max(path[a], path[b], path[c], path[d])
+        face_step[a] = max(step[a], step[b], step[c], step[d])
+
+
+@kernel
+def look_around(folds, nodes, sheet):
+    """Search for near pairs anew: all that may meet before a node has travelled its margin.
+
+    The fewer pairs there are, the wider the margins, and the later the next search. Where the arrays do not hold them all,
+    margins are narrowed for now, and the arrays enlarged before the next step.
+    """
+    counts, scale, path, margin = folds.counts, folds.scale, folds.path, folds.margin
+    for a in range(path.size):
+        path[a] = 0.0
+    count = -1
+    while count < 0 or (count > folds.pairs.size and scale[0] > LEAST):
+        scale[0] *= 1.0 if count < 0 else 0.5
+        for a in range(path.size):
+            margin[a] = scale[0] * (REST * sheet.edge + STEPS * folds.step[a])
+        count = find_pairs(nodes, folds, sheet, CUSHION * sheet.edge)
         counts[FoldCount.SEARCHES] += 1
-        if count < 0:
-            return False
-        if count <= wake.size:
-            for k in range(count):
-                wake[k] = total + (wake[k] - gap) / CLOSING - travel
-            counts[FoldCount.PAIRS] = count
-            totals[FoldTravel.SEARCHED] = total
-            totals[FoldTravel.MARGIN] = margin
-            return True
-        margin *= 0.5
-    return False
+        if count > folds.pairs.size:
+            counts[FoldCount.CRAMPED] = 1
+    faces = sheet.rows * sheet.columns
+    if count < FEW * faces:
+        scale[0] = min(2.0 * scale[0], WIDEST)
+    elif count > MANY * faces:
+        scale[0] = max(0.5 * scale[0], 1.0)
+    counts[FoldCount.PAIRS] = min(count, folds.pairs.size)
+    counts[FoldCount.STALE] = 0
+    update_faces(folds, sheet)
 
 
 @kernel
-def sort_out(nodes, folds, sheet, length, gap, reach):
-    """Put the pairs that may meet in this step in front. Returns their number.
+def wake_pairs(nodes, folds, sheet, length):
+    """Put the pairs that may meet in this step in front, and write how they stand at n to folds.contacts. Returns their number.
 
-    A pair at some distance sleeps until the travel of the nodes can have used it up. Writes folds.pairs, wake.
+    A pair at some distance sleeps until node and face can have travelled it.
     """
-    pairs, wake, total = folds.pairs, folds.wake, folds.travel[FoldTravel.TOTAL]
+    pairs, wake, contacts, thick = folds.pairs, folds.wake, folds.contacts, CUSHION * sheet.edge
     awake = 0
     for k in range(folds.counts[FoldCount.PAIRS]):
-        if wake[k] > total:
-            continue
         pair = pairs[k]
-        corners = corners_of(pair & FACE, sheet)
-        distance = meet(nodes, pair >> 32, corners, sheet.breadth, length, gap, 0.0)[0]
-        wake[k] = total + (distance - gap) / CLOSING
-        if distance <= reach:
-            pairs[k], pairs[awake] = pairs[awake], pair
-            wake[k], wake[awake] = wake[awake], wake[k]
-            awake += 1
+        node, face = pair >> 32, pair & FACE
+        travelled = folds.path[node] + folds.face_path[face]
+        if travelled < wake[k]:
+            continue
+        start = seen_from(nodes, node, corners_of(face, sheet), sheet.breadth, length)
+        distance, x, y, z, weights = nearest_on_face(start)
+        step = folds.step[node] + folds.face_step[face]
+        wake[k] = travelled - step + distance - thick
+        if distance > thick + step:
+            continue
+        pairs[k], pairs[awake] = pairs[awake], pair
+        wake[k], wake[awake] = wake[awake], wake[k]
+        write_contact(contacts[awake], start, distance, x, y, z, weights, thick, length)
+        awake += 1
     return awake
 
 
 @kernel
-def try_pairs(nodes, mass, blows, folds, course, sheet, awake, gap, reach, tries):
-    """Part the pairs that are awake, one after the other. Returns how many of them took an impulse.
+def write_contact(contact, start, distance, x, y, z, weights, thick, length):
+    """Write how a pair stands at n, see Folds.contacts: x, y, z (m) from the face to the node; start: corners seen from it."""
+    scale = 1.0 / max(distance, SMALLEST)
+    qx, qy, qz = start
+    nearest = -inf
+    for k in range(4):
+        nearest = max(nearest, scale * (x * qx[k] + y * qy[k] + z * qz[k]))
+    allowed = (distance - thick) / length
+    contact[0], contact[1], contact[2] = scale * x, scale * y, scale * z
+    contact[3], contact[4], contact[5], contact[6] = weights
+    contact[7] = allowed if allowed > 0.0 else SPRING * allowed
+    contact[8] = nearest if distance > TINY * thick else inf
 
-    After the first pass only those are looked at of which a node was pushed in this pass or the one before. In the last passes,
-    against pairs that still pass, all five nodes take their common velocity. Writes nodes, blows.
+
+@kernel
+def press_cushion(nodes, mass, blows, folds, course, sheet, k):
+    """Take from a pair what it closes faster than its cushion allows.
+
+    No energy arises, since it never parts faster than it closed. Writes nodes, blows.
+    """
+    contact = folds.contacts[k]
+    if contact[8] == inf:
+        return
+    node, corners = folds.pairs[k] >> 32, corners_of(folds.pairs[k] & FACE, sheet)
+    nx, ny, nz, weights = contact[0], contact[1], contact[2], (contact[3], contact[4], contact[5], contact[6])
+    closing = closing_along(nodes, node, corners, weights, nx, ny, nz)
+    slowing = min(closing - contact[7], (1.0 + REBOUND) * closing)
+    if slowing > 0.0:
+        now = folds.counts[FoldCount.PASSES]
+        part_pair(nodes, mass, blows, course, sheet, now, node, corners, weights, slowing, nx, ny, nz)
+
+
+@kernel
+def may_pass(nodes, contact, node, corners, length):
+    """Return whether a node may pass through a face in the step: not where all corners stay on their side of it, as at n."""
+    nx, ny, nz = contact[0], contact[1], contact[2]
+    fastest = 0.0
+    for a in corners:
+        closing = nx * (nodes.u[a] - nodes.u[node]) + ny * (nodes.v[a] - nodes.v[node]) + nz * (nodes.w[a] - nodes.w[node])
+        fastest = max(fastest, closing)
+    return contact[8] + length * fastest > 0.0
+
+
+@kernel
+def try_pairs(nodes, mass, blows, folds, course, sheet, awake, tries):
+    """Part the pairs that would pass, one after the other. Returns how many of them took an impulse.
+
+    After the first pass only those are looked at of which a node was pushed in this pass or the one before. What no impulse
+    along the normal parts takes its common velocity, as does all that still passes in the last passes over a meridian.
+    Writes nodes, blows.
     """
     pairs, stamp, counts = folds.pairs, folds.stamp, folds.counts
-    before, merge = counts[FoldCount.PASSES], tries >= PUSHES
+    before = counts[FoldCount.PASSES]
     counts[FoldCount.PASSES] += 1
-    pushed = 0
+    gap, pushed = GAP_PASSED * sheet.edge, 0
     for k in range(awake):
         node, corners = pairs[k] >> 32, corners_of(pairs[k] & FACE, sheet)
         a, b, c, d = corners
         if tries > 0 and max(stamp[node], stamp[a], stamp[b], stamp[c], stamp[d]) < before:
             continue
-        _, how, slowing, nx, ny, nz, weights = meet(nodes, node, corners, sheet.breadth, course.length, gap, reach)
-        if how != APART and (merge or slowing <= 0.0):
+        if not may_pass(nodes, folds.contacts[k], node, corners, course.length):
+            continue
+        _, how, slowing, nx, ny, nz, weights = meet(nodes, node, corners, sheet.breadth, course.length, gap)
+        if how == APART:
+            continue
+        if tries >= PUSHES or slowing <= 0.0:
             merge_nodes(nodes, mass, blows, course, sheet, before + 1, node, corners)
             pushed += 1
-        elif slowing > 0.0 and not merge and (how != APART or tries < GENTLE):
+        else:
             aim = slowing if tries < FIRM else AIM * slowing
             pushed += part_pair(nodes, mass, blows, course, sheet, before + 1, node, corners, weights, aim, nx, ny, nz)
     return pushed
@@ -322,15 +405,15 @@ def copy_node(nodes, node, copy):
 
 
 @kernel
-def book_failure(nodes, folds, sheet, awake, length, gap, reach):
+def book_failure(nodes, folds, sheet, awake, length):
     """Count the pairs that pass though the passes are used up, and raise the largest penetration, over the unloaded cell."""
     for k in range(awake):
-        pair = folds.pairs[k]
-        corners = corners_of(pair & FACE, sheet)
-        found = meet(nodes, pair >> 32, corners, sheet.breadth, length, gap, reach)
-        if found[1] == PASSES:
-            folds.counts[FoldCount.PIERCED] += 1
-            folds.penetration[0] = max(folds.penetration[0], found[0] / sheet.edge)
+        node, corners = folds.pairs[k] >> 32, corners_of(folds.pairs[k] & FACE, sheet)
+        if may_pass(nodes, folds.contacts[k], node, corners, length):
+            found = meet(nodes, node, corners, sheet.breadth, length, GAP_PASSED * sheet.edge)
+            if found[1] == PASSES:
+                folds.counts[FoldCount.PIERCED] += 1
+                folds.penetration[0] = max(folds.penetration[0], found[0] / sheet.edge)
 
 
 @kernel
@@ -395,6 +478,6 @@ def watch_meridian(nodes, folds, n1, h1, window):
 def note_watch(folds, due, square, edge):
     """Note whether folds may meet; returns the longest step (s) at the largest speed squared (m^2/s^2)."""
     if due == 1 and folds.counts[FoldCount.DUE] == 0:
-        folds.travel[FoldTravel.SEARCHED] = -inf
+        folds.counts[FoldCount.STALE] = 1
     folds.counts[FoldCount.DUE] = due
     return 0.125 * edge / sqrt(square) if square > 0.0 else inf

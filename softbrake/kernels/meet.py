@@ -238,17 +238,15 @@ def closing_along(nodes, node, corners, weights, nx, ny, nz):
 
 
 @kernel
-def meet(nodes, node, corners, breadth, length, gap, reach):
+def meet(nodes, node, corners, breadth, length, gap):
     """Return how a node and a face meet in the step to n+1: distance (m) there, how, slowing (m/s), normal, weights.
 
     What is a gap apart at n stays so, what is nearer comes no nearer, what is on one side stays there. slowing is what the speed
     of closing along the normal has to lose for that, at most all of it: rest is always allowed, so no energy arises. 0 where
-    nothing is to do. passes: 1 where the node passes through the face. Beyond reach (m) it is known not to.
+    nothing is to do. how: PASSES where the node passes through the face, TOUCHES where it would but for round-off.
     """
     end = seen_from(nodes, node, corners, breadth, 0.0)
     distance, rx, ry, rz, weights = nearest_on_face(end)
-    if distance > reach:
-        return distance, APART, 0.0, 0.0, 0.0, 0.0, weights
     start = seen_from(nodes, node, corners, breadth, length)
     time, nx, ny, nz, weights_then = crossing_of_face(start, end)
     if time <= 1.0:

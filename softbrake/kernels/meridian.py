@@ -442,6 +442,8 @@ def advance_meridian(model, state, meridian, history, interval, most, until):
             book_energies(model, state.nodes, state.work, now)
         outcome = end_step(model, state, length, height)
         done += 1
+        if state.folds.counts[FoldCount.CRAMPED] == 1:
+            break
     if done > 0:
         if not recorded:
             book_forces(now, meridian, columns, dt, n1)

@@ -23,7 +23,7 @@ from softbrake.kernels.lobes import part_lobes
 from softbrake.kernels.motion import close_edges, hold_row, lift_row, push_cargo, push_row, vertical_forces
 from softbrake.kernels.pressure import pressure_at, update_damped_pressure
 from softbrake.kernels.timestep import stable_step
-from softbrake.state import PAD, History, Outcome, Peak, Scheme
+from softbrake.state import PAD, FoldCount, History, Outcome, Peak, Scheme
 
 ONE = uint64(1)
 FIRST = uint64(PAD)
@@ -261,4 +261,6 @@ def advance(model, state, sweep, history, interval, most, until):
         if outcome != Outcome.RUNNING:
             record(history, rows, now)
             return rows + 1, outcome
+        if state.folds.counts[FoldCount.CRAMPED] == 1:
+            break
     return rows, Outcome.RUNNING
