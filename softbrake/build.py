@@ -10,6 +10,7 @@ from softbrake.state import (
     PAD,
     Belts,
     ByColumn,
+    ByRow,
     Cells,
     Contact,
     Edges,
@@ -103,6 +104,7 @@ def build_model(case: Case) -> Model:
         cover_area=0.5 * n2 * radius * radius * sin(2.0 * pi / hoop),
         most_gas_work=most_pressure * pi * case.shell.diameter**2 * case.shell.height,
         mass=0.0 * line_mass if case.model.fidelity == "lumped" else line_mass * h2,
+        per_mass=np.concatenate(([0.0], 1.0 / (line_mass[1:-1] * h2), [0.0])),
         fabric=fabric,
         belts=belts,
         lobes=_lobes(belts.width if "belts" in case.contact else np.zeros(n1 + 1)),
@@ -201,15 +203,16 @@ def build_sweep(model: Model) -> Sweep:
         top_hoop=Top(np.zeros(n2), np.zeros(n2)),
         top_belt=Top(np.zeros(n2), np.zeros(n2)),
         by_column=ByColumn(*(np.zeros(n2) for _ in ByColumn._fields)),
+        by_row=_by_row(model),
     )
 
 
 def build_meridian(model: Model) -> Meridian:
     """Return the scratch arrays of a step of the axisymmetric shell."""
     nodes = model.n1 + 1
-    scratch = {name: _aligned(nodes) for name in Meridian._fields if name not in ("area", "belt_rows")}
+    scratch = {name: _aligned(nodes) for name in Meridian._fields if name not in ("area", "belt_rows", "by_row")}
     area = Rows(*_rows(1, PAD + nodes, Rows._fields))
-    return Meridian(**scratch, area=area, belt_rows=np.flatnonzero(model.belts.width))
+    return Meridian(**scratch, area=area, belt_rows=np.flatnonzero(model.belts.width), by_row=_by_row(model))
 
 
 def whole_shell(case: Case, state: State) -> tuple[Model, Nodes]:
@@ -243,6 +246,10 @@ def initial_energy(case: Case, model: Model) -> float:
     mass = model.n2 * model.mass
     mass[-1] += model.cargo_mass
     return float(model.sector.copies * (0.5 * mass[1:].sum() * case.cargo.velocity**2 + case.gravity * (mass @ heights)))
+
+
+def _by_row(model: Model) -> ByRow:
+    return ByRow(*(np.zeros(model.n1 + 1) for _ in ByRow._fields))
 
 
 def _rows(count: int, stride: int, fields: tuple[str, ...]) -> list[Floats]:
