@@ -121,7 +121,7 @@ class Grid:
 class Time:
     """Step and end of the run."""
 
-    courant: float  # Courant coefficient of (3.3); 1 is the limit of the undamped linear scheme
+    courant: float  # part of the longest stable step; above 1 nothing says that the run is stable
     end: float  # s
 
 
@@ -153,6 +153,7 @@ class Case:
     belts: tuple[Belt, ...]
     cargo: Cargo
     contact: tuple[str, ...]  # what stops the fabric, of keys.CONTACT
+    initial: Literal["unloaded", "inflated"]  # shape at first contact
     friction: float  # Coulomb's coefficient on ground and cover
     tolerance: float | None  # relative, of the impact velocity: then fidelity, grid and Courant number are chosen
     pressure: Pressure
@@ -244,6 +245,7 @@ class _CaseChecker(Checker):
         model = self.model(root, grid)
         contact = self.contact(root, model)
         pressure = self.pressure(root, shell, cargo, top)
+        self.initial(root, top, model, pressure)
         time = self.named(root, "time")
         output = self.named(root, "output")
         if self.faults:
@@ -256,6 +258,7 @@ class _CaseChecker(Checker):
             belts=belts,
             cargo=Cargo(**{"diameter": shell["diameter"], "height": None, **cargo}),
             contact=contact,
+            initial=top["initial"],
             friction=top["friction"],
             tolerance=top.get("tolerance", AUTO_TOLERANCE if model["fidelity"] == "auto" else None),
             pressure=pressure,
@@ -324,6 +327,18 @@ class _CaseChecker(Checker):
             fault = f"the {fidelity} shell does not know the cell scheme"
             self.fault(place, where, fault, "scheme: edge or fidelity: full is wanted")
         return model
+
+    def initial(self, root: Node, top: Values, model: Values, pressure: Pressure) -> None:
+        """A shell is inflated by the pressure it starts with."""
+        if top.get("initial") != "inflated" or self.faults:
+            return
+        place, where = last_given(root, "", ["initial"])
+        start = {"constant": pressure.value, "sine": 0.0, "table": pressure.values[0] if pressure.values else 0.0}[pressure.law]
+        if model["fidelity"] == "lumped":
+            self.fault(place, where, "the lumped model has no shell to inflate", "initial: unloaded or another fidelity is wanted")
+        elif start == 0.0:
+            fault = f"the {pressure.law} law starts without pressure"
+            self.fault(place, where, fault, "initial: unloaded, or a pressure at t = 0 is wanted")
 
     def contact(self, root: Node, model: Values) -> tuple[str, ...]:
         assert isinstance(root.value, dict)

@@ -86,13 +86,15 @@ def run(
         _check_writable(results, case_file)
 
     from softbrake import console
-    from softbrake.drop import Diverged, kernels_cached
+    from softbrake.drop import Diverged, NotInflated, kernels_cached
     from softbrake.ladder import reached
     from softbrake.ladder import run as simulate
     from softbrake.results import ResultError, tension_scale
 
     scale = tension_scale(case) if dimensionless else None
     _check_scale(scale)
+    if case.time.courant > 1.0 and case.tolerance is None:
+        typer.echo(f"time.courant {case.time.courant:g} exceeds the stable step, 1: expect the run to diverge", err=True)
     if not quiet and not kernels_cached(case):
         typer.echo("compiling kernels (first run only, about 10 s) ...", err=True)
     try:
@@ -108,6 +110,8 @@ def run(
     except Diverged as error:
         if json:
             _show(error.summary, json, scale)
+        _fail(error, FAILED)
+    except NotInflated as error:
         _fail(error, FAILED)
     except (ResultError, ValueError) as error:
         _fail(error)
@@ -174,15 +178,20 @@ def init(
 @app.command()
 def info(result: ResultPath, json: Json = False, dimensionless: Dimensionless = False) -> None:
     """Print the summary of a result file again."""
-    from softbrake.results import ResultError, read_history, read_summary, read_tension_scale
+    from softbrake.results import ResultError, read_history, read_inflation, read_summary, read_tension_scale
 
     try:
+        inflation = read_inflation(result)
         summary = read_summary(result)
         scale = read_tension_scale(result) if dimensionless else None
         history = read_history(result)
     except ResultError as error:
         _fail(error)
-    if summary is not None:
+    if inflation is not None:
+        from softbrake import console
+
+        typer.echo(console.inflation_json(inflation)) if json else console.print_inflation(inflation)
+    elif summary is not None:
         _check_scale(scale)
         _show(summary, json, scale)
     else:
@@ -215,6 +224,51 @@ def plot(
     except OSError as error:
         _fail(f"{picture}: {error.strerror or error}")
     typer.echo(f"{picture} written")
+
+
+@app.command()
+def inflate(
+    case_file: CaseFile,
+    overrides: Overrides = None,
+    json: Json = False,
+    output: Annotated[
+        Path | None,
+        typer.Option("--output", "-o", metavar="FILE", help="Result file; default: CASE's name with -inflated.vtkhdf, here."),
+    ] = None,
+    no_results: Annotated[bool, typer.Option("--no-results", help="Write no result file.")] = False,
+    residual: Annotated[
+        float,
+        typer.Option("--residual", metavar="RATIO", min=1e-12, max=0.1, help="Of the forces out of balance over those of the gas."),
+    ] = 1e-6,
+) -> None:
+    """Inflate the shell under its cover, held: shape, tensions, force on the cover."""
+    if no_results and output is not None:
+        _fail("--output and --no-results exclude each other")
+    # The shape is asked for whatever the drop starts from; the checks of an inflated start hold for it too.
+    case = _load(case_file, [*(overrides or ()), "initial=inflated"])
+    results = None if no_results else output or Path(f"{case_file.stem}-inflated.vtkhdf")
+    if results is not None:
+        _check_writable(results, case_file)
+
+    from softbrake import console
+    from softbrake.drop import NotInflated
+    from softbrake.inflate import inflate as at_rest
+    from softbrake.results import ResultError
+
+    try:
+        answer = at_rest(case, results, residual)
+    except NotInflated as error:
+        _fail(error, FAILED)
+    except ResultError as error:
+        _fail(error)
+    except OSError as error:
+        _fail(f"{results}: {error}", FAILED)
+    except KeyboardInterrupt:
+        _fail("interrupted", INTERRUPTED)
+    if json:
+        typer.echo(console.inflation_json(answer))
+    else:
+        console.print_inflation(answer)
 
 
 def _load(path: Path, overrides: list[str] | None) -> Case:

@@ -32,6 +32,7 @@ from softbrake.kernels.meridian import advance_meridian
 from softbrake.kernels.motion import close_nodes
 from softbrake.kernels.pressure import pressure_at
 from softbrake.kernels.step import advance
+from softbrake.relax import TOLERANCE, Relaxation, relax
 from softbrake.results import ResultFile
 from softbrake.state import PAD, Floats, FoldCount, History, Meridian, Model, Nodes, Outcome, Peak, State, Sweep
 from softbrake.summary import ModelUsed, Summary, Work
@@ -65,6 +66,10 @@ class Diverged(Exception):
 
     def __str__(self) -> str:
         return str(self.args[0])
+
+
+class NotInflated(Exception):
+    """The shell found no shape of rest; the message says how far it came and the likely cause."""
 
 
 def kernels_cached(case: Case) -> bool:
@@ -113,6 +118,7 @@ class Drop:
     """A drop under way."""
 
     def __init__(self, case: Case) -> None:
+        """Allocate the arrays; `initial: inflated` also inflates the shell. Raises NotInflated."""
         self.case = case
         self.model: Model = build_model(case)
         self.state: State = build_state(case, self.model)
@@ -120,6 +126,28 @@ class Drop:
         self.sweep: Sweep | Meridian = build_meridian(self.model) if one_column else build_sweep(self.model)
         self.history: Floats = np.empty((HISTORY_ROWS, len(History)))
         self.kernel_seconds = 0.0
+        if case.initial == "inflated" and case.model.fidelity != "lumped":  # gas alone has no shape
+            self.inflate()
+            shape = self.state.nodes
+            self.state = build_state(case, self.model)
+            for part, inflated in zip(self.state.nodes[:3], shape[:3], strict=True):
+                part[:] = inflated
+
+    def inflate(self, tolerance: float = TOLERANCE) -> Relaxation:
+        """Bring the shell to rest under its cover, which is held, and the pressure of t = 0; see `relax`. Raises NotInflated."""
+        kernel = KERNELS[self.case.model.fidelity]
+
+        def step(model: Model) -> Outcome:
+            return Outcome(kernel(model, self.state, self.sweep, self.history, 1, 1, math.inf)[1])
+
+        found = relax(self.model, self.state, step, tolerance)
+        if not found.converged:
+            if math.isinf(found.residual):
+                why = "it grows without end; most likely the fabric is too soft for the pressure, and bursts"
+            else:
+                why = f"residual {found.residual:.3g}, not {tolerance:.3g}; most likely slack fabric that nothing holds still"
+            raise NotInflated(f"not inflated: the shell is not at rest after {found.steps} steps: {why}")
+        return found
 
     def advance(self, until: float = math.inf, most: int = 2**62) -> tuple[Floats, Outcome]:
         """Advance to a time (s) or by a number of steps, and no further than one block of history rows.

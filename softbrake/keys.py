@@ -24,6 +24,7 @@ class Key:
     least: float | None = None
     most: float | None = None
     many: bool = False  # a list of such values
+    auto: bool = False  # the word auto stands for the default
 
     @property
     def wanted(self) -> str:
@@ -33,7 +34,12 @@ class Key:
         phrase = {int: "an integer", str: "a text"}[self.kind] if isinstance(self.kind, type) else self.kind.phrase
         limits = ((">", self.above), (">=", self.least), ("<=", self.most))
         bounds = " and ".join(f"{sign} {bound:g}" for sign, bound in limits if bound is not None)
-        return f"{phrase} {bounds}".rstrip() + f" such as '{self.example}'"
+        return ("auto or " if self.auto else "") + f"{phrase} {bounds}".rstrip() + f" such as '{self.number}'"
+
+    @property
+    def number(self) -> str:
+        """The example, or a number where that is the word auto."""
+        return f"{self.default}" if self.auto else self.example
 
     def convert(self, value: Any) -> float | int | str:
         """SI value of a scalar of the file; ValueError says in words what is wrong with it."""
@@ -42,6 +48,9 @@ class Key:
         if isinstance(value, (list, dict)):
             raise ValueError(f"{'a list' if isinstance(value, list) else 'a mapping'} is not one value")
         shown = f"'{value}'" if isinstance(value, str) else str(value).lower()
+        if self.auto and value == "auto":
+            assert self.default is not None
+            return self.default
         if isinstance(self.kind, tuple):
             if value not in self.kind or not isinstance(value, str):
                 raise ValueError(f"unknown value {shown}")
@@ -111,6 +120,8 @@ PRESSURE = {
 }
 LAW = Key("law", tuple(PRESSURE), "over time; sine is (2.10)", "constant", required=True)
 
+AUTO_COURANT = 0.95  # the shell stiffens a little until the next choice of the step; the bound itself is safe
+
 CONTACT = ("ground", "belts", "cover", "cargo", "axis", "folds")  # what stops the fabric
 RESIDUAL = {"cut": 0.0, "wrinkle": 0.005, "compression": 1.0}  # default by what slack fabric does
 UNKNOWN_CONTACT = {"full": ("axis",), "sector": ("axis", "folds"), "axisymmetric": (), "lumped": (), "auto": ()}  # by fidelity
@@ -132,6 +143,7 @@ TOP = (
         above=0,
         most=0.5,
     ),
+    Key("initial", ("unloaded", "inflated"), "shape at first contact", "unloaded", default="unloaded"),
     Key("friction", Dimension.RATIO, "Coulomb's coefficient of fabric on ground and cover", "0.3", default=0.0, least=0),
 )
 SECTIONS: dict[str, tuple[Key, ...]] = {
@@ -180,7 +192,7 @@ SECTIONS: dict[str, tuple[Key, ...]] = {
         Key("hoop", int, "cells around the hoop", "90", default=90, least=8, most=10_000),
     ),
     "time": (
-        Key("courant", Dimension.RATIO, "Courant coefficient of the step (3.3), at most 1", "0.5", default=0.5, above=0, most=1),
+        Key("courant", Dimension.RATIO, "auto, or part of the longest stable step (3.3)", "auto", default=AUTO_COURANT, above=0, auto=True),
         Key("end", Dimension.TIME, "of the run, if nothing stops it before", "1 s", default=1.0, above=0),
     ),
     "model": (
@@ -271,7 +283,8 @@ def _value_schema(key: Key) -> dict[str, Any]:
         bounds = {"exclusiveMinimum": key.above, "minimum": key.least, "maximum": key.most}
         value = {"type": "integer" if key.kind is int else "number"} | {k: v for k, v in bounds.items() if v is not None}
         if isinstance(key.kind, Dimension):
-            value = {"anyOf": [value, {"$ref": "#/$defs/quantity"}]}
+            words = [{"const": "auto"}] if key.auto else []
+            value = {"anyOf": [value, *words, {"$ref": "#/$defs/quantity"}]}
     if key.many:
         value = {"type": "array", "minItems": 2, "items": value}
     value["description"] = _describe(key)

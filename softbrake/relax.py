@@ -98,4 +98,8 @@ def relax(
             done += STEPS_PER_LOOK
     except FloatingPointError:
         residual = inf
+    finally:
+        nodes.z[cover], now[History.HEIGHT] = height, height
+        for part in (nodes.u, nodes.v, nodes.w):
+            part[:] = 0.0
     return Relaxation(False, residual, frequency / (2.0 * np.pi), done)

@@ -2,7 +2,8 @@
 
     /VTKHDF     one PolyData of shell, belts, covers and ground; a step per snapshot; written in VTK's order: lines, then polygons
     /history    a row per recorded step, columns named as `state.History` in lower case, units in attributes
-    /softbrake  attributes version, source_hash and tension_scale; JSON texts `case` and, once the run has ended, `summary`
+    /softbrake  attributes version, source_hash and tension_scale; JSON texts `case` and, once the run has ended, `summary`,
+                or `inflation` of a shell at rest
 
 Each snapshot is flushed after its step counter, so the file of a killed run stays readable.
 """
@@ -23,7 +24,7 @@ from numpy.typing import NDArray
 
 from softbrake.case import Case, case_to_dict
 from softbrake.state import UNITS, Floats, History
-from softbrake.summary import ModelUsed, Peak, Rung, Summary, Work
+from softbrake.summary import Inflation, ModelUsed, Peak, Rung, Summary, Work
 
 
 class ResultError(Exception):
@@ -139,6 +140,11 @@ class ResultFile:
         self._file["softbrake/summary"] = json.dumps(asdict(summary))
         self._file.flush()
 
+    def write_inflation(self, inflation: Inflation) -> None:
+        """Keep the answer of a static inflation."""
+        self._file["softbrake/inflation"] = json.dumps(asdict(inflation))
+        self._file.flush()
+
     def close(self) -> None:
         """Close the file; a second call does nothing."""
         self._file.close()
@@ -179,6 +185,12 @@ def read_summary(path: Path | str) -> Summary | None:
     text["model"] = ModelUsed(**text["model"])
     text["ladder"] = [Rung(**rung) for rung in text["ladder"]]
     return Summary(**text)
+
+
+def read_inflation(path: Path | str) -> Inflation | None:
+    """The answer of a static inflation; None in the file of a drop. Raises ResultError."""
+    with _open(path) as file:
+        return Inflation(**json.loads(file["softbrake/inflation"][()])) if "softbrake/inflation" in file else None
 
 
 def read_case(path: Path | str) -> dict[str, Any]:
