@@ -335,7 +335,9 @@ class _CaseChecker(Checker):
         place, where = last_given(root, "", ["initial"])
         start = {"constant": pressure.value, "sine": 0.0, "table": pressure.values[0] if pressure.values else 0.0}[pressure.law]
         if model["fidelity"] == "lumped":
-            self.fault(place, where, "the lumped model has no shell to inflate", "initial: unloaded or another fidelity is wanted")
+            self.fault(
+                place, where, "the lumped model has no shell to inflate", "initial: unloaded or another fidelity is wanted"
+            )
         elif start == 0.0:
             fault = f"the {pressure.law} law starts without pressure"
             self.fault(place, where, fault, "initial: unloaded, or a pressure at t = 0 is wanted")

@@ -238,7 +238,9 @@ def inflate(
     no_results: Annotated[bool, typer.Option("--no-results", help="Write no result file.")] = False,
     residual: Annotated[
         float,
-        typer.Option("--residual", metavar="RATIO", min=1e-12, max=0.1, help="Of the forces out of balance over those of the gas."),
+        typer.Option(
+            "--residual", metavar="RATIO", min=1e-12, max=0.1, help="Of the forces out of balance over those of the gas."
+        ),
     ] = 1e-6,
 ) -> None:
     """Inflate the shell under its cover, held: shape, tensions, force on the cover."""
@@ -271,6 +273,63 @@ def inflate(
         console.print_inflation(answer)
 
 
+@app.command()
+def stability(
+    case_file: CaseFile,
+    overrides: Overrides = None,
+    over: Annotated[
+        list[str] | None,
+        typer.Option("--over", metavar="PATH=A,B,...", help="Axis of a map, as fabric.viscosity=0,0.2,2. Repeatable."),
+    ] = None,
+    output: Annotated[
+        Path | None,
+        typer.Option("--output", "-o", metavar="PICTURE", help="Map as PNG, SVG or PDF; its points beside it as CSV."),
+    ] = None,
+) -> None:
+    """Find the longest stable step by trial, beside the predicted one; map it over keys of the case."""
+    case = _load(case_file, overrides)
+    if case.model.fidelity in ("lumped", "auto"):
+        _fail(
+            f"{case_file}: a case of fidelity {case.model.fidelity} has no grid whose waves could grow; --set model.fidelity=full"
+        )
+
+    from softbrake.plot import PlotError
+    from softbrake.stability import draw_map, edge_in_words, find_limit, read_axis, survey, write_csv
+
+    try:
+        axes = [read_axis(text) for text in over or ()]
+    except ValueError as error:
+        _fail(error)
+    if output is not None and not axes:
+        _fail("--output: a map wants at least one axis, --over")
+    picture = output or Path(f"{case_file.stem}-stability.png")
+    if axes:
+        _check_folder(picture)
+        for path, values in axes:  # faults are said before the first trial
+            for value in values:
+                _load(case_file, [*(overrides or ()), f"{path}={value}"])
+        typer.echo("  ".join((*(path for path, _ in axes), "predicted us", "found us", "ratio")))
+    points = (
+        survey(
+            lambda values: _load(case_file, [*(overrides or ()), *values]),
+            axes,
+            lambda point: typer.echo("  ".join((*point.values, *point.shown))),
+        )
+        if axes
+        else []
+    )
+    typer.echo(edge_in_words(find_limit(case)))
+    if axes:
+        try:
+            draw_map(points, axes, picture)
+            write_csv(points, axes, picture.with_suffix(".csv"))
+        except PlotError as error:
+            _fail(error)
+        except OSError as error:
+            _fail(f"{picture}: {error.strerror or error}", FAILED)
+        typer.echo(f"{picture} and {picture.with_suffix('.csv')} written")
+
+
 def _load(path: Path, overrides: list[str] | None) -> Case:
     from softbrake.case import CaseError, load_case
 
@@ -294,6 +353,14 @@ def _check_writable(results: Path, case_file: Path) -> None:
         _fail(f"{results}: there is no folder {results.parent}")
     if not os.access(results.parent, os.W_OK) or (results.exists() and not os.access(results, os.W_OK)):
         _fail(f"{results}: may not be written")
+
+
+def _check_folder(file: Path) -> None:
+    """Say before the work what would fail after it."""
+    import os
+
+    if not file.parent.is_dir() or not os.access(file.parent, os.W_OK):
+        _fail(f"{file}: may not be written; an existing folder is wanted")
 
 
 def _check_scale(tension_scale: float | None) -> None:

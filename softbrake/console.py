@@ -98,13 +98,18 @@ def print_inflation(inflation: Inflation) -> None:
         ("height", f"{inflation.height:.5g}", "m", "held"),
         ("largest radius", f"{inflation.largest_radius:.5f}", "m", f"{inflation.largest_radius_height:.3f} m up"),
         ("volume", f"{inflation.volume:.5g}", "m^3", ""),
-        ("force on the cover", f"{inflation.cover_force:.2f}", "N", f"{inflation.wall_pull:.2f} N of the gas's are the wall's pull"),
+        ("force on the cover", f"{inflation.cover_force:.2f}", "N", ""),
+        ("pull of the wall on it", f"{inflation.wall_pull:.2f}", "N", ""),
         *(
-            (f"largest tension, {part}", f"{tension / 1e3:.4f}", "kN/m", note)
+            (f"tension, {part}", f"{tension / 1e3:.4f}", "kN/m", note)
             for part, tension, note in (
-                ("generatrix", inflation.tension_generatrix, f"{inflation.middle_tension_generatrix / 1e3:.4f} at mid-height"),
-                ("hoop", inflation.tension_hoop, f"{inflation.middle_tension_hoop / 1e3:.4f} at mid-height"),
-                ("belt", inflation.tension_belt, ""),
+                (
+                    "generatrix",
+                    inflation.tension_generatrix,
+                    f"largest; {inflation.middle_tension_generatrix / 1e3:.4f} at mid-height",
+                ),
+                ("hoop", inflation.tension_hoop, f"largest; {inflation.middle_tension_hoop / 1e3:.4f} at mid-height"),
+                ("belt", inflation.tension_belt, "largest"),
             )
             if tension is not None
         ),

@@ -133,14 +133,14 @@ class Drop:
             for part, inflated in zip(self.state.nodes[:3], shape[:3], strict=True):
                 part[:] = inflated
 
+    def step(self, model: Model) -> Outcome:
+        """Advance by one step of another model of the same arrays."""
+        kernel = KERNELS[self.case.model.fidelity]
+        return Outcome(kernel(model, self.state, self.sweep, self.history, 1, 1, math.inf)[1])
+
     def inflate(self, tolerance: float = TOLERANCE) -> Relaxation:
         """Bring the shell to rest under its cover, which is held, and the pressure of t = 0; see `relax`. Raises NotInflated."""
-        kernel = KERNELS[self.case.model.fidelity]
-
-        def step(model: Model) -> Outcome:
-            return Outcome(kernel(model, self.state, self.sweep, self.history, 1, 1, math.inf)[1])
-
-        found = relax(self.model, self.state, step, tolerance)
+        found = relax(self.model, self.state, self.step, tolerance)
         if not found.converged:
             if math.isinf(found.residual):
                 why = "it grows without end; most likely the fabric is too soft for the pressure, and bursts"

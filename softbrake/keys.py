@@ -192,7 +192,15 @@ SECTIONS: dict[str, tuple[Key, ...]] = {
         Key("hoop", int, "cells around the hoop", "90", default=90, least=8, most=10_000),
     ),
     "time": (
-        Key("courant", Dimension.RATIO, "auto, or part of the longest stable step (3.3)", "auto", default=AUTO_COURANT, above=0, auto=True),
+        Key(
+            "courant",
+            Dimension.RATIO,
+            "auto, or part of the longest stable step (3.3)",
+            "auto",
+            default=AUTO_COURANT,
+            above=0,
+            auto=True,
+        ),
         Key("end", Dimension.TIME, "of the run, if nothing stops it before", "1 s", default=1.0, above=0),
     ),
     "model": (

@@ -14,7 +14,7 @@ from softbrake.case import CaseError, load_case
 from softbrake.drop import Drop
 from softbrake.kernels.contact import GAP
 from softbrake.kernels.course import STEPS_PER_STEP_CHOICE
-from softbrake.kernels.meridian import advance_meridian, stable_step_of_meridian, sweep_meridian
+from softbrake.kernels.meridian import advance_meridian, stable_step_of_meridian
 from softbrake.kernels.step import advance
 from softbrake.results import read_history, read_snapshots
 from softbrake.state import PAD, Floats, History, Outcome, Peak
