@@ -1,7 +1,7 @@
 """Map of the largest stable step: found by bisection over short runs, beside the step that is predicted.
 
-The shell is inflated and its cover held, so that nothing moves but what the scheme itself makes grow. Disturbed by a hair it takes some
-hundred steps; they are too long if its velocities then flip from step to step and grow.
+The shell is inflated and its cover held, so that nothing moves but what the scheme itself makes grow. Disturbed by a hair, it
+takes some hundred steps; they are too long if its velocities then flip from step to step and grow.
 """
 
 from __future__ import annotations

@@ -356,7 +356,8 @@ def stable_step_of_meridian(model, nodes, meridian):
     """Return the step (s) at Courant coefficient 1: as stable_step, but no wave runs around the hoop.
 
     The breathing hoop has the stiffness k2 of side² times that of its polygon's edges, along the radius; to waves along the
-    generatrix that adds where the generatrix leans, and by Poisson's effect. Reads model, nodes. Writes meridian.by_row, scratch in e, force.
+    generatrix that adds where the generatrix leans, and by Poisson's effect.
+    Reads model, nodes. Writes meridian.by_row, scratch in e, force.
     """
     n1, fabric, by_row = model.n1, model.fabric, meridian.by_row
     e1, e2, skew = by_row.e1, by_row.e2, by_row.skew
@@ -378,6 +379,7 @@ def stable_step_of_meridian(model, nodes, meridian):
         lean = max(meridian.e[i - ONE], meridian.e[i])
         square = t1 + joined(max(k1 - t1, 0.0), k2, (sqrt(lean) + coupling) ** 2)
         skew[i] = lean
+        rate = rate_of(model, by_row, i, square, joined(damping_1, damping_2, lean))
         rate = rate_of(model, by_row, i, square, joined(damping_1, damping_2, lean))
         by_row.rate[i] = rate
         meridian.force[i] = rate

@@ -4,7 +4,8 @@ The leapfrog with damping forces at n-1/2 is stable while 4/dt² M - 2/dt C - K 
 rate² >= w² + rate D, with w² and D the largest eigenvalues of M^-1 K and M^-1 C. For one mode that is
 dt <= (2/w)(sqrt(1 + xi²) - xi), xi = D/2w. Gershgorin's theorem in blocks of a node bounds both row by row: an edge has
 k (x1 - x2)² <= k (1 + s) x1² + k (1 + 1/s) x2² for every s; with s = m1/m2 that is k (1/m1 + 1/m2) at either node, which light
-rows between heavy ones attain. What the theorem would count too high is taken from waves in a uniform sheet. Slack edges count with their stiffness when taut.
+rows between heavy ones attain. What the theorem would count too high is taken from waves in a uniform sheet. Slack edges count
+with their stiffness when taut.
 """
 
 from math import sqrt
