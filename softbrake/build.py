@@ -162,6 +162,7 @@ def build_state(case: Case, model: Model) -> State:
         stable_step=np.full(1, case.shell.height / case.cargo.velocity / LUMPED_STEPS),  # others choose theirs
         last_step=np.zeros(1),
         kinetic_start=np.array([now[History.KINETIC_ENERGY]]),
+        elastic_start=np.zeros(1),
         peaks=np.zeros((len(Peak), 3)),
         work=Work(*(_aligned(model.n1 + 1 if one_column else model.n2) for _ in Work._fields)),
         folds=build_folds(nodes.x.size if model.contact.folds else 1, edge, PLEATS if one_column else PAIRS_PER_NODE),

@@ -11,6 +11,7 @@ from typing import Any, Literal
 from softbrake.checker import Checker, Values, last_given, listed
 from softbrake.keys import (
     ALTERNATIVES,
+    AUTO_COURANT,
     BELTS,
     CONTACT,
     CONTACT_SETS,
@@ -250,6 +251,8 @@ class _CaseChecker(Checker):
         output = self.named(root, "output")
         if self.faults:
             return None
+        if time["courant"] == "auto":
+            time["courant"] = _auto_courant(Shell(**shell), Fabric(**fabric), Grid(**grid))
         return Case(
             title=top.get("title", stem),
             gravity=top["gravity"],
@@ -480,6 +483,15 @@ class _CaseChecker(Checker):
             place, where = last_given(node, "pressure", ["peak_time", "end_time"])
             fault = f"peak_time {values['peak_time']:.6g} s is not before end_time {values['end_time']:.6g} s"
             self.fault(place, where, fault, "peak_time < end_time is wanted")
+
+
+def _auto_courant(shell: Shell, fabric: Fabric, grid: Grid) -> float:
+    """Courant coefficient that is safe for the damping ratio of the grid's shortest waves, viscosity/(h sqrt(E density))."""
+    density = fabric.areal_density / (1.0 - fabric.nu12 * fabric.nu21)
+    along = shell.height / grid.generatrix * math.sqrt(fabric.E11 * density)
+    around = shell.diameter * math.sin(math.pi / grid.hoop) * math.sqrt(fabric.E22 * density)
+    ratio = fabric.viscosity / max(along, around)
+    return next(courant for least, courant in AUTO_COURANT if ratio >= least)
 
 
 def _belt(height: float, belt: Values, fabric: Values) -> Belt:

@@ -307,6 +307,7 @@ class State(NamedTuple):
     stable_step: Floats  # (1,), s, as last chosen, at Courant coefficient 1
     last_step: Floats  # (1,), s, the step from n-1 to n; 0 at the start, which staggers it
     kinetic_start: Floats  # (1,), J
+    elastic_start: Floats  # (1,), J, stored in fabric and belts at the start
     peaks: Floats  # (len(Peak), 3): value, time (s), row
     work: Work
     folds: Folds

@@ -8,6 +8,7 @@ from softbrake.state import FoldCount, History, Outcome
 
 STEPS_PER_STEP_CHOICE = 16  # a choice costs about a step; waves pass no more than sixteen cells meanwhile
 RUNAWAY = 4.0  # kinetic energy above this many times what start, gravity and pressure gave: it came from nowhere
+FABRIC_GAIN = 0.25  # the same of what fabric and belts gave beyond what they had taken
 
 
 @kernel
@@ -34,7 +35,11 @@ def end_step(model, state, length, height):
         outcome = Outcome.TIME_LIMIT
     gas = min(max(now[History.WORK_PRESSURE], 0.0), model.most_gas_work)
     given = state.kinetic_start[0] + max(now[History.WORK_GRAVITY], 0.0) + gas
-    if not now[History.KINETIC_ENERGY] <= RUNAWAY * given or state.folds.counts[FoldCount.FAULT] == 1:
+    gain = now[History.WORK_ELASTIC] + now[History.WORK_VISCOUS] + now[History.WORK_BELTS] - state.elastic_start[0]
+    if (
+        not (now[History.KINETIC_ENERGY] <= RUNAWAY * given and gain <= FABRIC_GAIN * given)
+        or state.folds.counts[FoldCount.FAULT] == 1
+    ):
         outcome = Outcome.DIVERGED
     if outcome == Outcome.RUNNING:
         now[History.HEIGHT] = height
