@@ -6,6 +6,7 @@ from math import cos, inf, pi, sin
 import numpy as np
 
 from softbrake.case import Case
+from softbrake.kernels.course import STEPS_PER_STEP_CHOICE
 from softbrake.state import (
     PAD,
     Belts,
@@ -97,6 +98,8 @@ def build_model(case: Case) -> Model:
         stride=PAD + -(-(n2 + 1) // PAD) * PAD,
         scheme=int(Scheme[case.model.scheme.upper()]),
         courant=case.time.courant,
+        # The hoops of a coarse grid swing within few steps, and stretched cloth is stiffer: a choice at each radian of that.
+        steps_per_choice=min(max(int(radius / min(h1, h2)), 1), STEPS_PER_STEP_CHOICE),
         end=case.time.end,
         gravity=case.gravity,
         radius=radius,
@@ -159,7 +162,7 @@ def build_state(case: Case, model: Model) -> State:
         nodes=nodes,
         now=now,
         steps=np.zeros(1, np.int64),
-        stable_step=np.full(1, case.shell.height / case.cargo.velocity / LUMPED_STEPS),  # others choose theirs
+        stable_step=np.array([case.shell.height / case.cargo.velocity / LUMPED_STEPS, 0.0]),  # others choose theirs
         last_step=np.zeros(1),
         kinetic_start=np.array([now[History.KINETIC_ENERGY]]),
         elastic_start=np.zeros(1),

@@ -341,10 +341,10 @@ class Drop:
             return f"{self._limit()} exceeded {self.model.courant:.3g} times; try time.courant=auto"
         if case.model.scheme == "cell":
             return "the printed scheme's averages do not feel a checkerboard of folds; model.scheme=edge does"
-        if fabric.slack == "cut" and (fabric.nu12 > 0.0 or fabric.law == "true_tension"):
+        if fabric.law == "true_tension" or (fabric.slack == "cut" and fabric.nu12 > 0.0):
             return (
-                "tensions cut at zero, which have no potential and gain energy where fabric gets slack and taut again; "
-                "try fabric.slack=wrinkle, or more viscosity"
+                "tensions without a potential, which gain energy where fabric gets slack and taut again; "
+                "try more viscosity, or fabric.law=nominal_tension with fabric.slack=wrinkle"
             )
         return (
             "waves near the limit of the step, which fabric that gets slack and taut again feeds; "

@@ -55,7 +55,11 @@ class Held:
         self._free = [part.reshape(model.n1 + 1, width)[1:-1, columns] for part in nodes[3:]]
         self._limit = BURST * (model.radius + self._height)
         self.cut(0.0)
-        state.now[History.KINETIC_ENERGY] = state.kinetic_start[0] = 0.0
+        sinking = 0.5 * model.sector.copies * HEAVY * SINKING**2
+        state.now[History.KINETIC_ENERGY] = state.kinetic_start[0] = sinking
+        state.elastic_start[0] = inf  # what the shell has stored is not known
+        for part in state.work:
+            part[:] = 0.0
 
     def push(self) -> Push | None:
         """Advance by one step; None where the shell has burst or the computation failed."""

@@ -436,7 +436,7 @@ def stable_step(model: Model, x: Floats) -> float:
             fast = max(stiff_1, stiff_2)
             coupled = shear_1 + shear_2 + fast * sqrt(by_e2 * by_e1 / (fabric.c11 * wide_2 * fabric.c22 * wide_1))
             square = pull_1 + pull_2 + joined(max(stiff_1 - pull_1, 0.0), max(stiff_2 - pull_2, 0.0))
-            square += max(coupled - fast, 0.0) ** 2 / (4.0 * coupled)
+            square += max(coupled - fast, 0.0) ** 2 / (4.0 * max(coupled, fast))
         else:
             square = max(joined(stiff_1, stiff_2), pull_1 + pull_2, shear_1, shear_2)
         length_1, length_2 = fabric.h1 * (1.0 + longer), fabric.h2 * (1.0 + e2[i])

@@ -13,7 +13,6 @@ from softbrake.build import grid_view
 from softbrake.case import CaseError, load_case
 from softbrake.drop import Drop
 from softbrake.kernels.contact import GAP
-from softbrake.kernels.course import STEPS_PER_STEP_CHOICE
 from softbrake.kernels.meridian import advance_meridian, stable_step_of_meridian
 from softbrake.kernels.step import advance
 from softbrake.results import read_history, read_snapshots
@@ -64,9 +63,11 @@ def follow(falling: Drop, history: Floats) -> Floats:
         return advance_to(falling, history[-1, History.TIME] + 0.5 * last if last > 0.0 else np.inf)
     rows = []
     for length in history[history[:, History.TIME_STEP] > 0.0, History.TIME_STEP]:
-        chosen = falling.state.stable_step[0]
-        if falling.state.steps[0] % STEPS_PER_STEP_CHOICE == 0:
-            chosen = stable_step_of_meridian(falling.model, falling.state.nodes, falling.sweep)
+        chosen, limit = falling.state.stable_step
+        if falling.state.steps[0] % falling.model.steps_per_choice == 0:
+            safe = stable_step_of_meridian(falling.model, falling.state.nodes, falling.sweep)
+            safe *= min(safe / limit, 1.0) if limit > 0.0 else 1.0
+            chosen = safe if limit == 0.0 or safe < chosen or safe > 1.2 * chosen else chosen
         falling.model = falling.model._replace(courant=length / chosen)
         new, outcome = falling.advance(most=1)
         rows.append(new.copy())

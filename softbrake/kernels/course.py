@@ -6,9 +6,24 @@ from softbrake.kernels.jit import kernel
 from softbrake.kernels.pressure import pressure_at
 from softbrake.state import FoldCount, History, Outcome
 
-STEPS_PER_STEP_CHOICE = 16  # a choice costs about a step; waves pass no more than sixteen cells meanwhile
+STEPS_PER_STEP_CHOICE = 16  # most; a choice costs a quarter of a step
+LENGTHENED = 1.2  # a step becomes longer by no less
 RUNAWAY = 4.0  # kinetic energy above this many times what start, gravity and pressure gave: it came from nowhere
 FABRIC_GAIN = 0.25  # the same of what fabric and belts gave beyond what they had taken
+
+
+@kernel
+def choose_step(state, limit):
+    """Take a limit (s) of the stable step until the next choice; where it falls, as far as it will have fallen by then.
+
+    The step is kept where it is not too long, and not much too short: a leapfrog whose steps swing with the shell is not
+    symplectic, and pumps energy into it. Writes state.stable_step.
+    """
+    safe = limit * min(limit / state.stable_step[1], 1.0)
+    first = state.stable_step[1] == 0.0
+    if first or safe < state.stable_step[0] or safe > LENGTHENED * state.stable_step[0]:
+        state.stable_step[0] = safe
+    state.stable_step[1] = limit
 
 
 @kernel

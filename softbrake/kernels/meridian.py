@@ -9,7 +9,7 @@ from math import inf, sqrt
 from numba import uint64
 
 from softbrake.kernels.contact import GAP, allowed_place, foresee, shift, slowed
-from softbrake.kernels.course import STEPS_PER_STEP_CHOICE, begin_step, end_step, raise_peak, record
+from softbrake.kernels.course import begin_step, choose_step, end_step, raise_peak, record
 from softbrake.kernels.folds import part_meridian, watch_meridian, window_of
 from softbrake.kernels.geometry import SMALLEST_SQUARE
 from softbrake.kernels.jit import kernel
@@ -393,8 +393,8 @@ def advance_meridian(model, state, meridian, history, interval, most, until):
     rows = 0
     done = 0
     while done < most and now[History.TIME] < until and rows + 1 < history.shape[0]:
-        if state.steps[0] % STEPS_PER_STEP_CHOICE == 0:
-            state.stable_step[0] = stable_step_of_meridian(model, state.nodes, meridian)  # (3.3)
+        if state.steps[0] % model.steps_per_choice == 0:
+            choose_step(state, stable_step_of_meridian(model, state.nodes, meridian))  # (3.3)
             if model.contact.folds == 1:
                 window = window_of(model.courant * state.stable_step[0])
                 longest = watch_meridian(state.nodes, state.folds, n1, model.fabric.h1, window)

@@ -122,7 +122,7 @@ def fastest_rate(model, by_row, i):
     if model.scheme == Scheme.EDGE:
         coupled = shear_1 + shear_2 + fast * sqrt(poisson(fabric, longer, e2[i]))
         square = t1 + t2 + joined(max(k1 - t1, 0.0), max(k2 - t2, 0.0), skew)
-        square += max(coupled - fast, 0.0) ** 2 / (4.0 * coupled)
+        square += max(coupled - fast, 0.0) ** 2 / (4.0 * max(coupled, fast))
     else:
         square = max(joined(k1, k2, skew), t1 + t2, shear_1, shear_2)
     return rate_of(model, by_row, i, square, joined(damping_1, damping_2, skew))
