@@ -16,6 +16,7 @@ from softbrake.kernels.pressure import pressure_at
 from softbrake.state import PAD, Floats, History, Model, Outcome, State
 
 TOLERANCE = 1e-6
+COURANT = 0.5  # most, without viscosity
 MOST_STEPS = 200_000
 STEPS_PER_LOOK = 8
 LARGEST_CUT = 0.5  # of w times the step, for a frequency that is none yet
@@ -55,6 +56,7 @@ class Held:
         self._free = [part.reshape(model.n1 + 1, width)[1:-1, columns] for part in nodes[3:]]
         self._limit = BURST * (model.radius + self._height)
         self.cut(0.0)
+        state.steps[0], state.stable_step[1] = 0, 0.0  # the step is chosen anew
         sinking = 0.5 * model.sector.copies * HEAVY * SINKING**2
         state.now[History.KINETIC_ENERGY] = state.kinetic_start[0] = sinking
         state.elastic_start[0] = inf  # what the shell has stored is not known
@@ -86,11 +88,14 @@ class Held:
 def relax(model: Model, state: State, advance: Advance, tolerance: float = TOLERANCE, most: int = MOST_STEPS) -> Relaxation:
     """Bring the shell to rest between ground and cover, which stays at its height, under the pressure of t = 0.
 
-    Writes state. The shell counts as at rest where two residuals are within the tolerance: forces out of balance over those of
-    the pressure, and what is left to go, v/w, over the radius; both are root mean squares over the free nodes.
-    w² = -v·m(a' - a)/(step v·m v) is Rayleigh's quotient of the motion, a and a' the accelerations before and after a step.
+    Writes state. The fabric's own viscosity, which alters no shape of rest, is left out: it would shorten the step. The shell
+    counts as at rest where two residuals are within the tolerance: forces out of balance over those of the pressure, and what is
+    left to go, v/w, over the radius; both are root mean squares over the free nodes. w² = -v·m(a' - a)/(step v·m v) is Rayleigh's
+    quotient of the motion, a and a' the accelerations before and after a step.
     """
-    held = Held(model, state, advance)
+    calm = model.fabric._replace(viscosity=0.0), model.belts._replace(viscosity=0.0 * model.belts.viscosity)
+    courant = min(model.courant, COURANT)
+    held = Held(model._replace(fabric=calm[0], belts=calm[1], courant=courant), state, advance)
     mass = model.mass[1:-1, None]
     load = pressure_at(model.pressure, 0.0) * model.fabric.h1 * model.fabric.h2
     done, residual, frequency = 0, inf, 0.0

@@ -20,7 +20,6 @@ from softbrake.case import Case
 from softbrake.drop import Drop, NotInflated
 from softbrake.plot import BLUE, GREEN, GREY, INK, RED, STYLE, _matplotlib, _save
 from softbrake.relax import Held
-from softbrake.state import History
 
 HAIR = 1e-7  # of the shorter edge, the disturbance: far below what slackens taut fabric
 STEPS = 400
@@ -88,7 +87,8 @@ def find_limit(case: Case) -> Point:
     except NotInflated:
         return none
     start = [part.copy() for part in drop.state.nodes]
-    predicted = drop.now(History.TIME_STEP) / LOW
+    is_stable(drop, LOW, steps=1)
+    predicted = float(drop.state.stable_step[1])
     trials: list[tuple[float, bool]] = []
 
     def stable(part: float) -> bool:
@@ -106,12 +106,12 @@ def find_limit(case: Case) -> Point:
     return replace(none, predicted=predicted, found=low * predicted, trials=tuple(trials))
 
 
-def is_stable(drop: Drop, courant: float) -> bool:
+def is_stable(drop: Drop, courant: float, steps: int = STEPS) -> bool:
     """Whether a hair's disturbance of a shell at rest dies or stays, in steps of a part of the predicted one."""
     drop.disturb(HAIR * min(drop.model.fabric.h1, drop.model.fabric.h2), SEED)
     held = Held(drop.model._replace(courant=courant), drop.state, drop.step)
     least, last = np.inf, np.zeros(())
-    for _ in range(STEPS // WINDOW):
+    for _ in range(-(-steps // WINDOW)):
         size = turn = 0.0
         for _ in range(WINDOW):
             push = held.push()
