@@ -63,8 +63,8 @@ def kernel_rate(generatrix: int, hoop: int, scheme: str, calibration: Calibratio
         rates.append(1e9 * (process_time() - start) / (nodes * most))
         ratios.append(rates[-1] / machine)
         start = process_time()
-        choose_steps(drop.model, drop.state.nodes, sweep, drop.model.steps_per_choice)
-        choices.append(1e9 * (process_time() - start) / (nodes * drop.model.steps_per_choice))
+        choose_steps(drop.model, drop.state.nodes, sweep, STEPS_PER_STEP_CHOICE)
+        choices.append(1e9 * (process_time() - start) / (nodes * STEPS_PER_STEP_CHOICE))
     if outcome != Outcome.RUNNING:
         raise RuntimeError(f"grid {generatrix} x {hoop}, scheme {scheme}: {outcome.name.lower()} while it was timed")
     rate = median(rates)
@@ -75,7 +75,7 @@ def kernel_rate(generatrix: int, hoop: int, scheme: str, calibration: Calibratio
         "lowest": min(rates),
         "highest": max(rates),
         "ratio_to_calibration": median(ratios),
-        "step_choice_share": median(choices) / (drop.model.steps_per_choice * rate),
+        "step_choice_share": median(choices) / (STEPS_PER_STEP_CHOICE * rate),
     }
 
 

@@ -6,7 +6,6 @@ from math import cos, inf, pi, sin
 import numpy as np
 
 from softbrake.case import Case
-from softbrake.kernels.course import STEPS_PER_STEP_CHOICE
 from softbrake.state import (
     PAD,
     Belts,
@@ -98,8 +97,6 @@ def build_model(case: Case) -> Model:
         stride=PAD + -(-(n2 + 1) // PAD) * PAD,
         scheme=int(Scheme[case.model.scheme.upper()]),
         courant=case.time.courant,
-        # The hoops of a coarse grid swing within few steps, and stretched cloth is stiffer: a choice at each radian of that.
-        steps_per_choice=min(max(int(radius / min(h1, h2)), 1), STEPS_PER_STEP_CHOICE),
         end=case.time.end,
         gravity=case.gravity,
         radius=radius,
@@ -162,6 +159,7 @@ def build_state(case: Case, model: Model) -> State:
         nodes=nodes,
         now=now,
         steps=np.zeros(1, np.int64),
+        choice=np.array([0, 1], np.int64),
         stable_step=np.array([case.shell.height / case.cargo.velocity / LUMPED_STEPS, 0.0]),  # others choose theirs
         last_step=np.zeros(1),
         kinetic_start=np.array([now[History.KINETIC_ENERGY]]),

@@ -56,7 +56,7 @@ class Held:
         self._free = [part.reshape(model.n1 + 1, width)[1:-1, columns] for part in nodes[3:]]
         self._limit = BURST * (model.radius + self._height)
         self.cut(0.0)
-        state.steps[0], state.stable_step[1] = 0, 0.0  # the step is chosen anew
+        state.steps[0], state.choice[:], state.stable_step[1] = 0, (0, 1), 0.0  # the step is chosen anew
         sinking = 0.5 * model.sector.copies * HEAVY * SINKING**2
         state.now[History.KINETIC_ENERGY] = state.kinetic_start[0] = sinking
         state.elastic_start[0] = inf  # what the shell has stored is not known

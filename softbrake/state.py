@@ -203,7 +203,6 @@ class Model(NamedTuple):
     stride: int  # doubles from row to row, see above
     scheme: int  # Scheme
     courant: float
-    steps_per_choice: int  # of the step
     end: float  # s
     gravity: float  # m/s^2
     radius: float  # m, of the unloaded shell
@@ -305,6 +304,7 @@ class State(NamedTuple):
     nodes: Nodes
     now: Floats  # (len(History),), see History
     steps: Ints  # (1,), steps done
+    choice: Ints  # (2,), of the step: due after so many steps, and the number of steps that was from the last one
     stable_step: Floats  # (2,), s: as last chosen, at Courant coefficient 1, and the limit found then
     last_step: Floats  # (1,), s, the step from n-1 to n; 0 at the start, which staggers it
     kinetic_start: Floats  # (1,), J

@@ -64,7 +64,7 @@ def follow(falling: Drop, history: Floats) -> Floats:
     rows = []
     for length in history[history[:, History.TIME_STEP] > 0.0, History.TIME_STEP]:
         chosen, limit = falling.state.stable_step
-        if falling.state.steps[0] % falling.model.steps_per_choice == 0:
+        if falling.state.steps[0] >= falling.state.choice[0]:
             safe = stable_step_of_meridian(falling.model, falling.state.nodes, falling.sweep)
             safe *= min(safe / limit, 1.0) if limit > 0.0 else 1.0
             chosen = safe if limit == 0.0 or safe < chosen or safe > 1.2 * chosen else chosen

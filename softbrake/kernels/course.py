@@ -7,6 +7,7 @@ from softbrake.kernels.pressure import pressure_at
 from softbrake.state import FoldCount, History, Outcome
 
 STEPS_PER_STEP_CHOICE = 16  # most; a choice costs a quarter of a step
+STEADY = 0.99  # a limit that has fallen to less of the last one is looked at more often
 LENGTHENED = 1.2  # a step becomes longer by no less
 RUNAWAY = 4.0  # kinetic energy above this many times what start, gravity and pressure gave: it came from nowhere
 FABRIC_GAIN = 0.25  # the same of what fabric and belts gave beyond what they had taken
@@ -17,13 +18,16 @@ def choose_step(state, limit):
     """Take a limit (s) of the stable step until the next choice; where it falls, as far as it will have fallen by then.
 
     The step is kept where it is not too long, and not much too short: a leapfrog whose steps swing with the shell is not
-    symplectic, and pumps energy into it. Writes state.stable_step.
+    symplectic, and pumps energy into it. Writes state.stable_step, choice.
     """
-    safe = limit * min(limit / state.stable_step[1], 1.0)
-    first = state.stable_step[1] == 0.0
-    if first or safe < state.stable_step[0] or safe > LENGTHENED * state.stable_step[0]:
+    before, step = state.stable_step[1], state.stable_step[0]
+    safe = limit * min(limit / before, 1.0)
+    if before == 0.0 or safe < step or safe > LENGTHENED * step:
         state.stable_step[0] = safe
     state.stable_step[1] = limit
+    falls = limit < STEADY * before
+    state.choice[1] = max(state.choice[1] // 2, 1) if falls else min(2 * state.choice[1], STEPS_PER_STEP_CHOICE)
+    state.choice[0] = state.steps[0] + state.choice[1]
 
 
 @kernel

@@ -393,7 +393,7 @@ def advance_meridian(model, state, meridian, history, interval, most, until):
     rows = 0
     done = 0
     while done < most and now[History.TIME] < until and rows + 1 < history.shape[0]:
-        if state.steps[0] % model.steps_per_choice == 0:
+        if state.steps[0] >= state.choice[0]:
             choose_step(state, stable_step_of_meridian(model, state.nodes, meridian))  # (3.3)
             if model.contact.folds == 1:
                 window = window_of(model.courant * state.stable_step[0])

@@ -236,7 +236,7 @@ def advance(model, state, sweep, history, interval, most, until):
     rows = 0
     done = 0
     while done < most and now[History.TIME] < until and rows + 1 < history.shape[0]:
-        if state.steps[0] % model.steps_per_choice == 0:
+        if state.steps[0] >= state.choice[0]:
             choose_step(state, stable_step(model, state.nodes, sweep))  # (3.3)
             if model.contact.folds == 1:
                 state.stable_step[0] = min(state.stable_step[0], fold_step(model, state, by_column) / model.courant)
