@@ -21,6 +21,7 @@ from rich.console import Console
 from rich.table import Table
 
 import softbrake
+from benchmarks.batch import batch_rate
 from benchmarks.calibration import Calibration
 from softbrake.build import build_sweep
 from softbrake.case import Case, load_case
@@ -173,6 +174,7 @@ def main() -> None:
         "kernel_rate": show(console, f"A step in flight, {FLIGHT} s after contact (CPU time; one thread)", rates),
         "start_up": show(console, "Whole processes (wall time)", start_up(cold=not options.short)),
         "whole_drop": show(console, "The paper's drop with its result file", map(whole_drop, courants)),
+        "batch": show(console, "Axisymmetric drops at once, 36 cells", (batch_rate(courant, 200) for courant in (0.5, 0.9))),
     }
     if options.json:
         options.json.write_text(json.dumps(report, indent=2) + "\n")

@@ -19,6 +19,8 @@ from concurrent.futures import ProcessPoolExecutor
 from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 
+import numpy as np
+
 import softbrake
 from benchmarks.reproduction import CONFIGS, table
 from softbrake.case import Case
@@ -136,6 +138,35 @@ SCENES: dict[str, tuple[str, ...]] = {  # changes of configs/paper.yaml with con
     "later: contact: ground, wrinkle": ("contact=ground", "fabric.slack=wrinkle", "belts.width=3 mm", "pressure.damping=0.001"),
     "later: narrow low cargo": ("cargo.diameter=0.3", "cargo.height=0.2", NONE),
 }
+DRAWN = 12  # scenes drawn by chance, once the rules had been mended on all the others
+
+
+def draw(seed: int) -> tuple[str, ...]:
+    """Return the changes of a scene drawn by chance: sizes, loads, stretch, belts, slack law, contact."""
+    random = np.random.default_rng(seed)
+    diameter, speed, pressure = random.uniform(0.3, 2.0), random.uniform(3.0, 10.0), 10.0 ** random.uniform(3.3, 4.5)
+    height = diameter * random.uniform(0.5, 1.6)
+    modulus = 0.5 * pressure * diameter / random.uniform(0.05, 0.25)  # hoops stretched by 5 to 25 %
+    density = 0.05 * random.uniform(0.5, 4.0) * diameter
+    fall = 0.5 * speed**2 + 9.80665 * height
+    mass = 0.25 * math.pi * diameter**2 * pressure * height / (fall * random.uniform(0.6, 1.0))
+    changes = [
+        f"shell={{diameter: {diameter:.3g}, height: {height:.3g}}}",
+        f"cargo={{mass: {mass:.3g}, velocity: {speed:.3g}}}",
+        f"pressure={{law: constant, value: {pressure:.4g}, damping: {random.choice((0.0, 5e-4, 2e-3)):g}}}",
+        f"fabric.E={modulus:.4g}",
+        f"fabric.areal_density={density:.3g}",
+        f"fabric.viscosity={random.uniform(0.005, 0.02) * math.sqrt(modulus * density) * height:.3g}",
+        f"fabric.slack={random.choice(('cut', 'wrinkle', 'compression'), p=(0.6, 0.3, 0.1))}",
+        f"belts.count={random.integers(0, 7)}",
+        f"belts.layers={random.integers(1, 8)}",
+        f"belts.width={height * random.uniform(0.002, 0.03):.3g}",
+    ]
+    contact = random.choice(("ground, cover, cargo", "ground"), p=(0.8, 0.2))
+    return (*changes, f"contact=[{contact}]", "time.end=2")
+
+
+SCENES |= {f"drawn: {seed}": draw(seed) for seed in range(1, DRAWN + 1)}
 
 
 @dataclass(frozen=True)

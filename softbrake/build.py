@@ -1,5 +1,6 @@
 """Case -> Model, State, Sweep: the one place that allocates their arrays."""
 
+from collections.abc import Sequence
 from dataclasses import replace
 from math import cos, inf, pi, sin
 
@@ -40,6 +41,7 @@ ONE_COLUMN = ("axisymmetric", "lumped")  # fidelities whose arrays hold the gene
 LUMPED_STEPS = 2000  # in which the cargo would fall the shell's height at its first velocity
 PAIRS_PER_NODE = 8  # near one another, of folds
 PLEATS = 64  # the same of a meridian, all of whose segments may lie on one another
+FREE = 1  # first free node of a meridian
 SLIVER = 1e-3  # least part of a belt that a row carries, of what the row with most of it does
 
 
@@ -94,7 +96,7 @@ def build_model(case: Case) -> Model:
     return Model(
         n1=n1,
         n2=n2,
-        stride=PAD + -(-(n2 + 1) // PAD) * PAD,
+        stride=PAD + _lanes(n2) + PAD,
         scheme=int(Scheme[case.model.scheme.upper()]),
         courant=case.time.courant,
         end=case.time.end,
@@ -143,7 +145,7 @@ def build_state(case: Case, model: Model) -> State:
     stride = 1 if one_column else model.stride
     angle = np.zeros(1) if one_column else 2.0 * pi * (np.arange(stride) - PAD) / case.grid.hoop
     radius = 0.5 * case.shell.diameter
-    nodes = Nodes(*_rows(model.n1 + 1, stride, Nodes._fields))
+    nodes = Nodes(*_rows(model.n1 + 1, stride, Nodes._fields, FREE if one_column else 0))
     height = np.linspace(0.0, case.shell.height, model.n1 + 1)[:, None]
     nodes.x.reshape(-1, stride)[:] = radius * np.cos(angle)
     nodes.y.reshape(-1, stride)[:] = radius * np.sin(angle)
@@ -165,7 +167,7 @@ def build_state(case: Case, model: Model) -> State:
         kinetic_start=np.array([now[History.KINETIC_ENERGY]]),
         elastic_start=np.zeros(1),
         peaks=np.zeros((len(Peak), 3)),
-        work=Work(*(_aligned(model.n1 + 1 if one_column else model.n2) for _ in Work._fields)),
+        work=Work(*(_rows(1, model.n1 + 1, Work._fields, FREE) if one_column else _rows(1, _lanes(model.n2), Work._fields))),
         folds=build_folds(nodes.x.size if model.contact.folds else 1, edge, PLEATS if one_column else PAIRS_PER_NODE),
     )
 
@@ -189,7 +191,7 @@ def build_folds(nodes: int, edge: float, pairs: int) -> Folds:
 
 def build_sweep(model: Model) -> Sweep:
     """Return the scratch arrays of a step."""
-    n2, stride = model.n2, model.stride
+    lanes, stride = _lanes(model.n2), model.stride
     return Sweep(
         generatrix=Edges(*_rows(2, stride, Edges._fields)),
         hoop=Edges(*_rows(3, stride, Edges._fields)),
@@ -198,13 +200,12 @@ def build_sweep(model: Model) -> Sweep:
         force=Rows(*_rows(1, stride, Rows._fields)),
         force_above=Rows(*_rows(1, stride, Rows._fields)),
         area=Rows(*_rows(1, stride, Rows._fields)),
-        area_above=Rows(*_rows(1, stride, Rows._fields)),
         mean=Rows(*_rows(2, stride, Rows._fields)),
-        pressure=np.zeros(n2),
-        top_generatrix=Top(np.zeros(n2), np.zeros(n2)),
-        top_hoop=Top(np.zeros(n2), np.zeros(n2)),
-        top_belt=Top(np.zeros(n2), np.zeros(n2)),
-        by_column=ByColumn(*(np.zeros(n2) for _ in ByColumn._fields)),
+        pressure=_rows(1, lanes, ("pressure",))[0],
+        top_generatrix=Top(*_rows(1, lanes, Top._fields)),
+        top_hoop=Top(*_rows(1, lanes, Top._fields)),
+        top_belt=Top(*_rows(1, lanes, Top._fields)),
+        by_column=ByColumn(*_rows(1, lanes, ByColumn._fields)),
         by_row=_by_row(model),
     )
 
@@ -212,15 +213,21 @@ def build_sweep(model: Model) -> Sweep:
 def build_meridian(model: Model) -> Meridian:
     """Return the scratch arrays of a step of the axisymmetric shell."""
     nodes = model.n1 + 1
-    scratch = {name: _aligned(nodes) for name in Meridian._fields if name not in ("area", "belt_rows", "by_row")}
-    area = Rows(*_rows(1, PAD + nodes, Rows._fields))
+    edges = ("x", "z", "e", "tension_1", "force", "elastic")
+    others = [name for name in Meridian._fields if name not in (*edges, "area", "belt_rows", "by_row")]
+    scratch = dict(zip(edges, _rows(1, nodes, edges), strict=True))
+    scratch |= dict(zip(others, _rows(1, nodes, others, FREE), strict=True))
+    area = Rows(*_rows(1, PAD + nodes, Rows._fields, FREE))
     return Meridian(**scratch, area=area, belt_rows=np.flatnonzero(model.belts.width), by_row=_by_row(model))
 
 
-def whole_shell(case: Case, state: State) -> tuple[Model, Nodes]:
-    """Return the model of the whole shell, and its nodes by turning the columns that were computed."""
-    whole = build_model(replace(case, model=replace(case.model, fidelity="full", sector=None)))
-    model = build_model(case)
+def whole_model(case: Case) -> Model:
+    """Return the model of the whole shell, whatever part of it is computed."""
+    return build_model(replace(case, model=replace(case.model, fidelity="full", sector=None)))
+
+
+def whole_nodes(case: Case, whole: Model, model: Model, state: State) -> Nodes:
+    """Return the nodes of the whole shell by turning the columns that were computed."""
     nodes = Nodes(*_rows(whole.n1 + 1, whole.stride, Nodes._fields))
     turn, column = np.divmod(np.arange(whole.stride) - PAD, model.n2)
     angle = 2.0 * pi * turn / model.sector.copies
@@ -234,7 +241,7 @@ def whole_shell(case: Case, state: State) -> tuple[Model, Nodes]:
         a[:] = np.cos(angle) * old_a - np.sin(angle) * old_b
         b[:] = np.sin(angle) * old_a + np.cos(angle) * old_b
     z[:], w[:] = parts[2], parts[5]
-    return whole, nodes
+    return nodes
 
 
 def grid_view(flat: Floats, model: Model) -> Floats:
@@ -254,16 +261,18 @@ def _by_row(model: Model) -> ByRow:
     return ByRow(*(np.zeros(model.n1 + 1) for _ in ByRow._fields))
 
 
-def _rows(count: int, stride: int, fields: tuple[str, ...]) -> list[Floats]:
-    return [_aligned(count * stride) for _ in fields]
+def _lanes(columns: int) -> int:
+    """Columns rounded up to whole cache lines, over which the kernels loop."""
+    return -(-columns // PAD) * PAD
 
 
-def _aligned(size: int) -> Floats:
-    """Zeros that start on a cache line."""
-    block = np.zeros(size + PAD)
-    start = -block.ctypes.data // block.itemsize % PAD
-    zeros: Floats = block[start : start + size]
-    return zeros
+def _rows(count: int, stride: int, fields: Sequence[str], first: int = 0) -> list[Floats]:
+    """An array of zeros for each field, of which the value at `first` starts a cache line; all of one block, which is cheaper."""
+    size = count * stride
+    pitch = PAD * (2 + size // PAD)  # a line between two, else long arrays might share their places in the cache
+    block = np.zeros((len(fields) + 1) * pitch)
+    start = (-block.ctypes.data // block.itemsize - first) % PAD
+    return [block[at : at + size] for at in range(start, start + len(fields) * pitch, pitch)]
 
 
 def _overlap(height: float, width: float, n1: int, h1: float) -> Floats:

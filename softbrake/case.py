@@ -18,15 +18,18 @@ from softbrake.keys import (
     DEFAULT_CONTACT,
     LAW,
     LISTED_BELT,
+    PHYSICS,
     PRESSURE,
     RESIDUAL,
     SECTIONS,
     TOP,
     UNKNOWN_CONTACT,
+    Key,
     schema,
     starter,
 )
-from softbrake.overrides import apply_override
+from softbrake.overrides import Override, apply_override
+from softbrake.units import Dimension
 from softbrake.yamlnodes import Node, Place, YamlError, join, parse
 
 __all__ = [
@@ -35,6 +38,7 @@ __all__ = [
     "Case",
     "CaseError",
     "Fabric",
+    "FullStop",
     "Grid",
     "Model",
     "Output",
@@ -42,8 +46,10 @@ __all__ = [
     "Shell",
     "Time",
     "case_to_dict",
+    "full_stop",
     "load_case",
     "parse_case",
+    "quantities",
     "schema",
     "starter",
 ]
@@ -75,6 +81,7 @@ class Fabric:
     law: Literal["true_tension", "nominal_tension"]
     slack: Literal["cut", "wrinkle", "compression"]
     residual: float  # stiffness in compression, part of that in tension
+    strength: float | None = None  # N/m, tension that it bears
 
 
 @dataclass(frozen=True)
@@ -85,6 +92,7 @@ class Belt:
     stiffness: float  # N, E2: force per unit elongation
     line_density: float  # kg/m, unloaded
     width: float  # m, reduced width
+    strength: float | None = None  # N/m, tension N22 that it bears
 
 
 @dataclass(frozen=True)
@@ -181,23 +189,68 @@ def load_case(path: str | Path, overrides: Sequence[str] = ()) -> Case:
     overrides: texts such as `fabric.E=18.75kN/m`, applied in turn to the keys of the file.
     Raises CaseError with all faults of the file and the overrides.
     """
+    return parse_case(read_text(path), str(path), overrides)
+
+
+def read_text(path: str | Path) -> str:
+    """Text of a case file. Raises CaseError."""
     try:
         content = Path(path).read_bytes()
     except OSError as error:
         raise CaseError([f"{path}: {error.strerror or error}; a case file is wanted"]) from None
     try:
-        text = content.decode("utf-8-sig")
+        return content.decode("utf-8-sig")
     except UnicodeDecodeError as error:
         before = content[: error.start]
         line, column = before.count(b"\n") + 1, error.start - before.rfind(b"\n")
         fault = f"{path}:{line}:{column}: byte 0x{content[error.start]:02x} is not UTF-8; a text file in UTF-8 is wanted"
         raise CaseError([fault]) from None
-    return parse_case(text, str(path), overrides)
 
 
-def parse_case(text: str, name: str, overrides: Sequence[str] = ()) -> Case:
+def parse_case(text: str, name: str, overrides: Sequence[str | Override] = ()) -> Case:
     """Read the text of a case file; `name` stands in messages and gives the default title. Raises CaseError."""
     check = _CaseChecker()
+    case = check.case(_tree(text, name, overrides, check), Path(name).stem)
+    if case is None:
+        raise CaseError(check.messages())
+    return case
+
+
+def quantities(path: str | Path, overrides: Sequence[str] = ()) -> dict[str, float | tuple[float, ...]]:
+    """What a case file and its overrides give to the physics as numbers other than 0, in SI units, by dotted path.
+
+    Defaults are not among them, nor what is no input of the drop: grid, time, tolerance, strengths. Raises CaseError.
+    """
+    check = _CaseChecker()
+    root = _tree(read_text(path), str(path), overrides, check)
+    if check.case(root, Path(path).stem) is None:
+        raise CaseError(check.messages())
+    found: dict[str, float | tuple[float, ...]] = {}
+
+    def gather(node: Node, where: str, keys: Sequence[Key]) -> None:
+        assert isinstance(node.value, dict)
+        for key in keys:
+            if key.name not in node.value or not isinstance(key.kind, Dimension) or key.name in ("tolerance", "strength"):
+                continue
+            item = node.value[key.name].value
+            values = tuple(float(key.convert(one.value)) for one in item) if isinstance(item, list) else float(key.convert(item))
+            if values if isinstance(values, float) else any(values):
+                found[join(where, key.name)] = values
+
+    gather(root, "", TOP)
+    assert isinstance(root.value, dict)
+    for name in PHYSICS:
+        node = root.value.get(name)
+        if node is not None and isinstance(node.value, list):
+            for number, item in enumerate(node.value):
+                gather(item, join(name, number), LISTED_BELT)
+        elif node is not None:
+            gather(node, name, SECTIONS[name])
+    return found
+
+
+def _tree(text: str, name: str, overrides: Sequence[str | Override], check: Checker) -> Node:
+    """The tree of a case file with its overrides written in; faults of theirs are told to `check`."""
 
     def place_of(line: int, column: int) -> Place:
         return Place((0, line, column), f"{name}:{line + 1}:{column + 1}")
@@ -212,20 +265,18 @@ def parse_case(text: str, name: str, overrides: Sequence[str] = ()) -> Case:
         check.fault(place, "", "not a mapping" if root else "an empty file", "sections such as 'shell:' are wanted")
         raise CaseError(check.messages())
     for index, override in enumerate([overrides] if isinstance(overrides, str) else overrides):
-        apply_override(root, override, Place((1, index, 0), f"--set {override}"), check.fault)
-    case = check.case(root, Path(name).stem)
-    if case is None:
-        raise CaseError(check.messages())
-    return case
+        change = override if isinstance(override, Override) else Override(override, Place((1, index, 0), f"--set {override}"))
+        apply_override(root, change.text, change.place, check.fault)
+    return root
 
 
 def case_to_dict(case: Case) -> dict[str, Any]:
     """The resolved case in SI numbers, in the sections of a case file: written as JSON, it is one that gives an equal Case."""
     sections = asdict(case)
-    sections["belts"] = list(sections["belts"])
+    sections["belts"] = [_given(belt) for belt in sections["belts"]]
     sections["contact"] = list(sections["contact"])
-    for name in ("cargo", "model"):
-        sections[name] = {key: value for key, value in sections[name].items() if value is not None}
+    for name in ("fabric", "cargo", "model"):
+        sections[name] = _given(sections[name])
     if case.tolerance is None:
         del sections["tolerance"]
     keys = ("law", *(key.name for key in PRESSURE[case.pressure.law]))
@@ -234,10 +285,31 @@ def case_to_dict(case: Case) -> dict[str, Any]:
     return sections
 
 
+def _given(section: Values) -> Values:
+    return {key: value for key, value in section.items() if value is not None}
+
+
+@dataclass(frozen=True)
+class FullStop:
+    """Pressure that absorbs the cargo's energy over the shell's height, section 2.2."""
+
+    energy: float  # J, m g l1 + m V^2/2
+    mean: float  # Pa, P~
+    largest: float  # Pa, P_max of (2.10): pi/2 of the mean, wherever the peak stands
+    end_time: float  # s, t_k
+
+
+def full_stop(mass: float, velocity: float, gravity: float, height: float, diameter: float) -> FullStop:
+    """Section 2.2 for a piston of the cover's area: P~ = E/(F l1), t_k = V/(P~ F/m - g), which is 2 l1/V with this P~."""
+    energy = mass * (gravity * height + velocity**2 / 2)
+    mean = energy / (math.pi * diameter**2 / 4 * height)
+    return FullStop(energy, mean, math.pi / 2 * mean, 2 * height / velocity)
+
+
 class _CaseChecker(Checker):
     def case(self, root: Node, stem: str) -> Case | None:
         """The checked case, None if there are faults."""
-        top = self.section(root, "", TOP, others=("contact", *SECTIONS))
+        top = self.section(root, "", TOP, others=("contact", "sweep", *SECTIONS))
         shell = self.named(root, "shell")
         fabric = self.fabric(root, shell)
         grid = self.named(root, "grid")
@@ -450,7 +522,7 @@ class _CaseChecker(Checker):
         if law == "table":
             self.table(node, values)
         elif law == "sine" and {"height", "diameter", "mass", "velocity", "gravity"} <= {*shell, *cargo, *top}:
-            self.full_stop(node, values, shell, cargo, top["gravity"])
+            self.sine(node, values, shell, cargo, top["gravity"])
         if self.faults:
             return none
         return Pressure(**{**asdict(none), **values})
@@ -470,15 +542,14 @@ class _CaseChecker(Checker):
             place, where = last_given(node, "pressure", ["values", "times"])
             self.fault(place, where, f"{len(values['values'])} values for {len(times)} times", "a value for each time is wanted")
 
-    def full_stop(self, node: Node, values: Values, shell: Values, cargo: Values, gravity: float) -> None:
-        """Defaults of the sine law by section 2.2: mean pressure P = m (g l1 + V²/2)/(F l1) absorbs the energy of the cargo."""
-        mass, velocity, height = cargo["mass"], cargo["velocity"], shell["height"]
+    def sine(self, node: Node, values: Values, shell: Values, cargo: Values, gravity: float) -> None:
+        """Defaults of the sine law, of a full stop by section 2.2."""
+        stop = full_stop(cargo["mass"], cargo["velocity"], gravity, shell["height"], shell["diameter"])
         assert isinstance(node.value, dict)
         if "value" not in node.value:
-            area = math.pi * shell["diameter"] ** 2 / 4
-            values["value"] = math.pi / 2 * mass * (gravity * height + velocity**2 / 2) / (area * height)
+            values["value"] = stop.largest
         if "end_time" not in node.value:
-            values["end_time"] = 2 * height / velocity  # V/(P F/m - g) with this P
+            values["end_time"] = stop.end_time
         if {"peak_time", "end_time"} <= values.keys() and values["end_time"] <= values["peak_time"]:
             place, where = last_given(node, "pressure", ["peak_time", "end_time"])
             fault = f"peak_time {values['peak_time']:.6g} s is not before end_time {values['end_time']:.6g} s"
@@ -498,4 +569,7 @@ def _belt(height: float, belt: Values, fabric: Values) -> Belt:
     width = belt["width"]
     stiffness = belt["stiffness"] if "stiffness" in belt else belt["layers"] * fabric["E22"] * width
     line_density = belt["line_density"] if "line_density" in belt else belt["layers"] * fabric["areal_density"] * width
-    return Belt(height, stiffness, line_density, width)
+    strength = belt.get("strength")
+    if strength is None and "layers" in belt and "strength" in fabric:
+        strength = belt["layers"] * fabric["strength"]
+    return Belt(height, stiffness, line_density, width, strength)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, NoReturn
+from typing import TYPE_CHECKING, Annotated, Any, NoReturn
 
 import typer
 
@@ -11,7 +11,9 @@ from softbrake import __version__
 
 if TYPE_CHECKING:
     from softbrake.case import Case
+    from softbrake.designs import Designs
     from softbrake.summary import Summary
+    from softbrake.sweep import Plan
 
 FAILED, BAD_INPUT, INTERRUPTED = 1, 2, 130
 
@@ -73,12 +75,16 @@ def run(
     with_error_bar: Annotated[
         bool, typer.Option("--error-bar", help="Estimate the numerical error from two coarser companions.")
     ] = False,
+    with_sensitivity: Annotated[
+        bool, typer.Option("--sensitivity", help="What 1 % of each input of CASE does to the answer; four runs an input or more.")
+    ] = False,
     quiet: Annotated[bool, typer.Option("--quiet", "-q", help="No progress.")] = False,
 ) -> None:
     """Simulate the drop of a case file."""
     if no_results and output is not None:
         _fail("--output and --no-results exclude each other")
-    case = _load(case_file, [*(overrides or ()), *([f"tolerance={tolerance}"] if tolerance is not None else ())])
+    changes = [*(overrides or ()), *([f"tolerance={tolerance}"] if tolerance is not None else ())]
+    case = _load(case_file, changes)
     if with_error_bar and case.tolerance is not None:
         _fail("--error-bar: a run for a tolerance has one already")
     results = None if no_results else output or Path(f"{case_file.stem}.vtkhdf")
@@ -86,8 +92,7 @@ def run(
         _check_writable(results, case_file)
 
     from softbrake import console
-    from softbrake.drop import Diverged, NotInflated, kernels_cached
-    from softbrake.ladder import reached
+    from softbrake.drop import Diverged, NotInflated
     from softbrake.ladder import run as simulate
     from softbrake.results import ResultError, tension_scale
 
@@ -95,8 +100,7 @@ def run(
     _check_scale(scale)
     if case.time.courant > 1.0 and case.tolerance is None:
         typer.echo(f"time.courant {case.time.courant:g} exceeds the stable step, 1: expect the run to diverge", err=True)
-    if not quiet and not kernels_cached(case):
-        typer.echo("compiling kernels (first run only, about 10 s) ...", err=True)
+    _announce_compiling(case, quiet)
     try:
         with console.progress(case.shell.height, quiet=quiet) as callback:
             summary = simulate(
@@ -107,6 +111,16 @@ def run(
                 report=None if quiet else console.print_rung,
                 with_error_bar=with_error_bar,
             )
+        if with_sensitivity and summary.outcome != "interrupted":
+            from dataclasses import replace
+
+            from softbrake.results import replace_summary
+            from softbrake.sensitivity import sensitivities
+
+            with console.runs_progress(quiet=quiet) as count:
+                summary = replace(summary, sensitivity=sensitivities(case_file, changes, summary, count))
+            if results is not None:
+                replace_summary(results, summary)
     except Diverged as error:
         if json:
             _show(error.summary, json, scale)
@@ -122,14 +136,13 @@ def run(
     _show(summary, json, scale)
     if summary.outcome == "interrupted":
         raise typer.Exit(INTERRUPTED)
-    if not reached(case, summary):
-        _fail(f"the tolerance of {case.tolerance:.3g} was not reached: {summary.fidelity_reason}", FAILED)
+    _check_reached(case, summary)
 
 
 @app.command()
 def check(case_file: CaseFile, overrides: Overrides = None) -> None:
     """Check a case file and print what it means, without running it."""
-    case = _load(case_file, overrides)
+    case, designs = _load(case_file, overrides), _designs(case_file, overrides)
     heights = ", ".join(f"{belt.height:.4g}" for belt in case.belts)
     free_fall = (case.cargo.velocity**2 + 2 * case.gravity * case.shell.height) ** 0.5
     typer.echo(
@@ -142,6 +155,8 @@ def check(case_file: CaseFile, overrides: Overrides = None) -> None:
         f"  viscosity           {case.fabric.viscosity:.4g} N*s/m\n"
         f"  free-fall velocity  {free_fall:.5f} m/s"
     )
+    if designs.axes:
+        typer.echo(f"  sweep               {len(designs.all)} runs over {', '.join(axis.path for axis in designs.axes)}")
 
 
 @app.command()
@@ -330,6 +345,239 @@ def stability(
         typer.echo(f"{picture} and {picture.with_suffix('.csv')} written")
 
 
+@app.command()
+def sweep(
+    case_file: CaseFile,
+    vary: Annotated[
+        list[str] | None,
+        typer.Option(
+            "--vary", metavar="PATH=VALUES", help="As fabric.E=15kN/m,20kN/m or fabric.E=10kN/m:30kN/m:200[:log]. Repeatable."
+        ),
+    ] = None,
+    mode: Annotated[
+        str | None, typer.Option("--mode", metavar="MODE", help="grid, zip or lhs: all combinations, side by side, sampled.")
+    ] = None,
+    samples: Annotated[int | None, typer.Option("--samples", metavar="N", help="Runs of mode lhs.")] = None,
+    seed: Annotated[int | None, typer.Option("--seed", metavar="N", help="Of mode lhs.")] = None,
+    overrides: Overrides = None,
+    output: Annotated[
+        Path | None, typer.Option("--output", "-o", metavar="FOLDER", help="Default: CASE's name with -sweep, here.")
+    ] = None,
+    threads: Annotated[int | None, typer.Option("--threads", metavar="N", min=1, help="Default: one a core.")] = None,
+    scheduler: Annotated[
+        str | None, typer.Option("--scheduler", metavar="ADDRESS", help="Run on the workers of a dask scheduler, tcp://…")
+    ] = None,
+    shard: Annotated[
+        str | None, typer.Option("--shard", metavar="I/N", help="Run each N-th case from the I-th on; see merge.")
+    ] = None,
+    histories: Annotated[bool, typer.Option("--histories", help="Keep the histories of all runs in histories.h5.")] = False,
+    json: Annotated[bool, typer.Option("--json", help="Print a JSON object a run, one a line.")] = False,
+    quiet: Annotated[bool, typer.Option("--quiet", "-q", help="No progress.")] = False,
+) -> None:
+    """Run a case with many values; the same command again goes on where it was broken off."""
+    designs = _designs(case_file, overrides, vary, mode=mode, samples=samples, seed=seed)
+    if not designs.axes:
+        _fail(f"{case_file}: no section sweep; one, or --vary fabric.E=10kN/m:30kN/m:200, is wanted")
+    if scheduler is not None and threads is not None:
+        _fail("--scheduler and --threads exclude each other: workers have threads of their own")
+    number, of = _shard(shard)
+    folder = output or Path(f"{case_file.stem}-sweep")
+    if folder.exists() and not folder.is_dir():
+        _fail(f"{folder}: is not a folder; --output must name one")
+
+    from softbrake import console
+    from softbrake.drop import kernels_cached
+    from softbrake.sweep import Shard, SweepError, read_journals, run_sweep
+
+    by_fidelity = {design.case.model.fidelity: design.case for design in designs.all}
+    if not quiet and scheduler is None and not all(map(kernels_cached, by_fidelity.values())):
+        typer.echo("compiling kernels (first run only, about 10 s) ...", err=True)
+    try:
+        with console.runs_progress(quiet=quiet) as progress:
+            plan = run_sweep(
+                designs,
+                folder,
+                shard=Shard(number, of),
+                threads=threads,
+                scheduler=scheduler,
+                histories=histories,
+                progress=progress,
+            )
+    except SweepError as error:
+        _fail(error)
+    except KeyboardInterrupt:
+        _fail(f"interrupted; the same command goes on from here, softbrake merge {folder} shows what is done", INTERRUPTED)
+    if of > 1:
+        typer.echo(f"shard {number} of {of} is done; when all are: softbrake merge {folder}", err=True)
+        return
+    _show_sweep(plan, read_journals(folder), folder, json)
+
+
+@app.command()
+def merge(
+    folders: Annotated[list[Path], typer.Argument(metavar="FOLDER...", help="Of a sweep; the first one gets the results.")],
+    json: Annotated[bool, typer.Option("--json", help="Print a JSON object a run, one a line.")] = False,
+) -> None:
+    """Put the shards of a sweep together."""
+    from softbrake.sweep import SweepError, merge_folders
+
+    try:
+        plan, records = merge_folders(folders)
+    except SweepError as error:
+        _fail(error)
+    _show_sweep(plan, records, folders[0], json)
+
+
+@app.command()
+def design(
+    case_file: CaseFile,
+    overrides: Overrides = None,
+    path: Annotated[str, typer.Option("--find", metavar="PATH", help="Quantity of the case to find.")] = "pressure.value",
+    target: Annotated[
+        str, typer.Option("--target", metavar="ANSWER=VALUE", help="As impact_velocity=1.5m/s; 0 is a full stop.")
+    ] = "impact_velocity=0",
+    between: Annotated[
+        str | None, typer.Option("--range", metavar="LOW:HIGH", help="To search; default: a third to three times the case's.")
+    ] = None,
+    budget: Annotated[
+        float, typer.Option("--budget", metavar="SECONDS", min=0.0, help="Most time to choose a level, where a tolerance is set.")
+    ] = 60.0,
+    json: Json = False,
+    quiet: Annotated[bool, typer.Option("--quiet", "-q", help="No progress.")] = False,
+) -> None:
+    """Find the pressure, or another value, that meets a target."""
+    import shlex
+
+    case = _load(case_file, overrides)
+
+    from softbrake import console
+    from softbrake.case import CaseError
+    from softbrake.design import NotReached, ask, find, piston
+
+    _announce_compiling(case, quiet)
+    try:
+        question = ask(case_file, overrides or (), path, target, between, budget, None if quiet else console.print_rung)
+        stop = piston(question.case)
+        found = find(question, None if quiet else lambda point: console.print_point(question, point))
+    except (CaseError, ValueError) as error:
+        _fail(error)
+    except NotReached as error:
+        _fail(f"{path}: {error}", FAILED)
+    except KeyboardInterrupt:
+        _fail("interrupted", INTERRUPTED)
+    if json:
+        typer.echo(console.design_json(question, stop, found))
+    else:
+        console.print_design(question, stop, found)
+        options = [word for change in [*(overrides or ()), f"{path}={found.value:.6g}"] for word in ("--set", change)]
+        typer.echo(f"next: {shlex.join(['softbrake', 'run', str(case_file), *options])}")
+    _check_reached(case, found.summary)
+
+
+@app.command()
+def report(
+    result: Annotated[Path, typer.Argument(metavar="RESULT", help="Result file of a run (*.vtkhdf), or folder of a sweep.")],
+    output: Annotated[
+        Path | None, typer.Option("--output", "-o", metavar="PAGE", help="HTML file; default: RESULT with .html.")
+    ] = None,
+) -> None:
+    """Write all about a result or a sweep as one HTML page."""
+    from softbrake.report import write_report
+    from softbrake.results import ResultError
+
+    page = output or result.with_suffix(".html")
+    try:
+        write_report(result, page)
+    except ResultError as error:
+        _fail(error)
+    except OSError as error:
+        _fail(f"{page}: cannot be written: {error.strerror or error}")
+    typer.echo(f"{page} written")
+
+
+@app.command()
+def chart(
+    case_file: CaseFile,
+    overrides: Overrides = None,
+    output: Annotated[
+        Path | None,
+        typer.Option("--output", "-o", metavar="PICTURE", help="PNG, SVG or PDF; default: CASE's name with -chart.png, here."),
+    ] = None,
+    budget: Annotated[float, typer.Option("--budget", metavar="SECONDS", min=0.0, help="Time for all runs, about.")] = 120.0,
+    quiet: Annotated[bool, typer.Option("--quiet", "-q", help="No progress.")] = False,
+) -> None:
+    """Chart error against time of all fidelities, grids and steps, and recommend one: a picture and a CSV file of its name."""
+    import shlex
+
+    case = _load(case_file, overrides)
+    picture = output or Path(f"{case_file.stem}-chart.png")
+    table = picture.with_suffix(".csv")
+    for file in (picture, table):
+        _check_place(file)
+
+    from softbrake import console
+    from softbrake.chart import chart as compute
+    from softbrake.chart import write_csv
+    from softbrake.diagram import draw_chart
+    from softbrake.drop import Diverged
+    from softbrake.plot import PlotError, check_picture
+
+    try:
+        check_picture(picture)
+    except PlotError as error:
+        _fail(error)
+    _announce_compiling(case, quiet, every=True)
+    try:
+        with console.chart_progress(quiet=quiet) as callback:
+            found = compute(case, budget, callback)
+    except (Diverged, ValueError) as error:
+        _fail(error, FAILED)
+    try:
+        write_csv(found, table)
+        if found.reference is not None:
+            draw_chart(found, picture)
+    except (OSError, PlotError) as error:  # disk full, folder gone
+        _fail(error, FAILED)
+    sets = "".join(f" --set {shlex.quote(text)}" for text in overrides or ())
+    console.print_chart(found, f"softbrake run {shlex.quote(str(case_file))}{sets}")
+    typer.echo(f"\n{f'{picture}, ' if found.reference is not None else ''}{table} written")
+    if found.interrupted:
+        _fail("interrupted", INTERRUPTED)
+
+
+def _shard(text: str | None) -> tuple[int, int]:
+    number, slash, of = (text or "1/1").partition("/")
+    if not (slash and number.isdecimal() and of.isdecimal() and 1 <= int(number) <= int(of)):
+        _fail(f"--shard {text}: a part of the runs such as 1/4, 2/4, 3/4 or 4/4 is wanted")
+    return int(number), int(of)
+
+
+def _show_sweep(plan: Plan, records: dict[str, Any], folder: Path, json: bool) -> None:
+    """Write the results of a sweep and print them; exit 1 where a run has no answer."""
+    from softbrake import console, sweep_results
+    from softbrake.plot import PlotError
+
+    table = sweep_results.rows(plan, records)
+    try:
+        sweep_results.write_results(folder, plan, table)
+    except OSError as error:
+        _fail(f"{folder}: {error.strerror or error}", FAILED)
+    if json:
+        for row in table:
+            typer.echo(console.line_json(row))
+    else:
+        sweep_results.print_table(plan, table)
+    try:
+        sweep_results.draw_sweep(plan, table, folder / sweep_results.PICTURE)
+        written = f"{sweep_results.RESULTS} and {sweep_results.PICTURE}"
+    except PlotError as error:
+        typer.echo(str(error), err=True)
+        written = sweep_results.RESULTS
+    typer.echo(f"{written} in {folder}", err=json)
+    if sweep_results.failures(table):
+        raise typer.Exit(FAILED)
+
+
 def _load(path: Path, overrides: list[str] | None) -> Case:
     from softbrake.case import CaseError, load_case
 
@@ -339,20 +587,42 @@ def _load(path: Path, overrides: list[str] | None) -> Case:
         _fail(error)
 
 
+def _designs(path: Path, overrides: list[str] | None, vary: list[str] | None = None, **settings: str | int | None) -> Designs:
+    from softbrake.case import CaseError
+    from softbrake.designs import load_designs
+
+    try:
+        return load_designs(path, overrides or (), vary or (), settings)
+    except CaseError as error:
+        _fail(error)
+
+
+def _announce_compiling(case: Case, quiet: bool, every: bool = False) -> None:
+    from softbrake.drop import kernels_cached
+
+    if not quiet and not kernels_cached(case, every):
+        typer.echo("compiling kernels (first run only, about 15 s) ...", err=True)
+
+
 def _check_writable(results: Path, case_file: Path) -> None:
     """Say before the run what would fail after it."""
-    import os
-
     if results.resolve() == case_file.resolve():
         _fail(f"{results}: is the case file; --output must name another one")
     if results.suffix != ".vtkhdf":
         _fail(f"{results}: the name of a result file ends in .vtkhdf, for ParaView to know it")
-    if results.is_dir():
-        _fail(f"{results}: is a folder; --output must name a file")
-    if not results.parent.is_dir():
-        _fail(f"{results}: there is no folder {results.parent}")
-    if not os.access(results.parent, os.W_OK) or (results.exists() and not os.access(results, os.W_OK)):
-        _fail(f"{results}: may not be written")
+    _check_place(results)
+
+
+def _check_place(file: Path) -> None:
+    """Say whether a file can be written."""
+    import os
+
+    if file.is_dir():
+        _fail(f"{file}: is a folder; --output must name a file")
+    if not file.parent.is_dir():
+        _fail(f"{file}: there is no folder {file.parent}")
+    if not os.access(file.parent, os.W_OK) or (file.exists() and not os.access(file, os.W_OK)):
+        _fail(f"{file}: may not be written")
 
 
 def _check_folder(file: Path) -> None:
@@ -366,6 +636,14 @@ def _check_folder(file: Path) -> None:
 def _check_scale(tension_scale: float | None) -> None:
     if tension_scale == 0.0:
         _fail("--dimensionless: the case has no pressure, and so no scale for tensions")
+
+
+def _check_reached(case: Case, summary: Summary) -> None:
+    """Exit code 1 where a tolerance was asked for and not reached."""
+    from softbrake.ladder import reached
+
+    if not reached(case, summary):
+        _fail(f"the tolerance of {case.tolerance:.3g} was not reached: {summary.fidelity_reason}", FAILED)
 
 
 def _show(summary: Summary, json: bool, tension_scale: float | None) -> None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import math
+import shlex
 import sys
 import time
 from collections.abc import Callable, Iterator
@@ -16,10 +17,15 @@ from rich.progress import BarColumn, TextColumn
 from rich.progress import Progress as Bar
 from rich.table import Table
 
-from softbrake.summary import Inflation, Rung, Summary
+from softbrake.summary import Inflation, Rung, Sensitivities, Summary
 
 if TYPE_CHECKING:
+    from softbrake.case import FullStop
+    from softbrake.chart import Chart
+    from softbrake.design import Design, Point, Question
     from softbrake.drop import Progress
+
+Piston = tuple["FullStop", list[tuple[float, Summary]]]
 
 STANDARD_GRAVITY = 9.80665  # m/s^2
 SECONDS_BETWEEN_LINES = 2.0
@@ -46,6 +52,11 @@ def row_json(row: dict[str, float]) -> str:
     return json.dumps(_finite({"outcome": "unfinished", "last_row": row}), indent=2, allow_nan=False)
 
 
+def line_json(row: dict[str, Any]) -> str:
+    """One run of a sweep as one JSON object on one line."""
+    return json.dumps(_finite(row), ensure_ascii=False, allow_nan=False)
+
+
 def _finite(value: Any) -> Any:
     if isinstance(value, dict):
         return {key: _finite(item) for key, item in value.items()}
@@ -68,6 +79,11 @@ def print_summary(summary: Summary, tension_scale: float | None = None, console:
     console.print()
     if summary.ladder:
         console.print(_ladder(summary))
+        console.print()
+    if summary.sensitivity is not None:
+        console.print(_sensitivity(summary.sensitivity))
+        for path, fault in summary.sensitivity.left_out.items():
+            console.print(f"{path} is not varied alone: {fault}")
         console.print()
     model = summary.model
     for line in (
@@ -166,6 +182,10 @@ def _tensions(summary: Summary, scale: float | None) -> Table:
         if (peak := summary.peaks.get(name)) is not None:
             notes.append(f"at {peak.time:.5f} s" + ("" if peak.height is None else f", {peak.height:.3f} m up"))
         table.add_row(f"peak tension, {tension}", f"{value / 1e3:.3f}", "kN/m", _bar(summary, name, 1e-3) + ", ".join(notes))
+    for name, margin in (("fabric", summary.fabric_margin), ("belts", summary.belt_margin)):
+        if margin is not None:
+            word = "of strength over peak tension" if margin >= 0.0 else "the strength is EXCEEDED"
+            table.add_row(f"margin, {name}", f"{margin:+.1%}", "", word)
     return table
 
 
@@ -198,6 +218,23 @@ def print_rung(rung: Rung) -> None:
     print(f"{level} {grid}: {value} m/s, error {error}, {seconds} s: {verdict}", file=sys.stderr, flush=True)
 
 
+def _sensitivity(found: Sensitivities) -> Table:
+    """Change in % of the answers per 1 % of each input."""
+    table = Table(box=None, padding=(0, 1, 0, 0), show_edge=False, header_style="")
+    table.add_column("% per 1 % of", overflow="fold")
+    columns = {"impact_velocity": "impact", "peak_deceleration": "peak g"}
+    columns |= {f"peak_tension_{tension}": f"T {tension}" for tension in TENSIONS}
+    columns = {name: head for name, head in columns.items() if name in found.errors}
+    for head in columns.values():
+        table.add_column(head, justify="right")
+    for row in found.inputs:
+        table.add_row(row.path, *("–" if row.changes[name] is None else f"{row.changes[name]:+.2f}" for name in columns))
+    table.add_row("standard error", *(f"{found.errors[name]:.2g}" for name in columns))
+    table.add_row("noise of one run, %", *(f"{100 * found.noise[name]:.2g}" for name in columns))
+    table.add_row("steps up to, %", *(f"{100 * found.steps[name]:g}" for name in columns))
+    return table
+
+
 def _work(summary: Summary) -> Table:
     table = _table()
     for name, value in asdict(summary.work).items():
@@ -216,6 +253,65 @@ def _table() -> Table:
     table.add_column(width=6)
     table.add_column(overflow="fold")
     return table
+
+
+def print_point(question: Question, point: Point) -> None:
+    """One value of a search as soon as it is tried, on stderr."""
+    unit = f" {question.unit}".rstrip()
+    print(f"{question.path} {point.value:.6g}{unit}: {point.in_words(question.target)}", file=sys.stderr, flush=True)
+
+
+def design_json(question: Question, stop: Piston, found: Design) -> str:
+    """A search as one JSON object, SI units."""
+    energy, tried = stop
+    keys = ("outcome", "impact_velocity", "minimum_height", "peak_deceleration")
+    answers = {
+        "section_2_2": asdict(energy)
+        | {"piston": [{"peak_time": when} | {key: getattr(summary, key) for key in keys[:3]} for when, summary in tried]},
+        "find": question.path,
+        "unit": question.unit,
+        "target": asdict(question.target),
+        "value": found.value,
+        "error": found.error,
+        "error_reason": found.basis,
+        "bracket": found.bracket,
+        "other_crossings": found.others,
+        "points": [
+            {"value": point.value, "fault": point.fault or None}
+            | {key: getattr(point.summary, key, None) for key in (*keys, question.target.name)}
+            for point in found.points
+        ],
+        "summary": asdict(found.summary),
+    }
+    return json.dumps(_finite(answers), indent=2, ensure_ascii=False, allow_nan=False)
+
+
+def print_design(question: Question, stop: Piston, found: Design, console: Console | None = None) -> None:
+    """Print section 2.2, the value found by the model with its error, and the answer there, in at most 80 columns."""
+    from softbrake.design import answer
+
+    console = console or Console(highlight=False, markup=False, emoji=False)
+    energy, tried = stop
+    goal, unit = question.target, f" {question.unit}".rstrip()
+    table = _table()
+    table.add_row("energy of the cargo", f"{energy.energy:.1f}", "J", "m g l1 + m V²/2")
+    table.add_row("mean pressure", f"{energy.mean:.1f}", "Pa", "full stop over the shell's height")
+    table.add_row("largest, of a sine", f"{energy.largest:.1f}", "Pa", "pi/2 of the mean")
+    table.add_row("end of a sine", f"{energy.end_time:.5f}", "s", "")
+    for when, summary in tried:
+        table.add_row("  with its peak at", f"{when:.5f}", "s", answer(summary, goal))
+    console.print("By section 2.2, for a piston of the cover's area", style="bold")
+    console.print(table)
+    console.print()
+    console.print(f"By the model, for {goal}", style="bold")
+    table = _table()
+    width = "no error bar" if found.error is None else f"± {found.error:.2g}{unit}"
+    table.add_row(question.path, f"{found.value:.6g}", question.unit, f"{width}: {found.basis}")
+    console.print(table)
+    if found.others:
+        console.print(f"The answer crosses the target at {found.others + 1} values in the range; this is the lowest.")
+    console.print()
+    print_summary(found.summary, console=console)
 
 
 def print_unfinished(row: dict[str, float]) -> None:
@@ -265,5 +361,119 @@ def _plain_lines() -> Callable[[Progress], None]:
     return write
 
 
+@contextmanager
+def chart_progress(*, quiet: bool) -> Iterator[Callable[[int, int, str], None] | None]:
+    """Give the callback for a chart, told runs done, runs planned and what comes next; where and how as `progress`."""
+    console = Console(stderr=True, highlight=False)
+    if quiet:
+        yield None
+    elif sys.stderr.isatty() and console.is_interactive:
+        with Bar(BarColumn(20), TextColumn("{task.description}", markup=False), console=console, transient=True) as bar:
+            task = bar.add_task("", total=1.0)
+
+            def move(done: int, planned: int, doing: str) -> None:
+                bar.update(task, completed=done, total=planned, description=f"{done} of {planned} runs: {doing}")
+
+            yield move
+    else:
+        last = -math.inf
+
+        def write(done: int, planned: int, doing: str) -> None:
+            nonlocal last
+            if time.monotonic() - last >= SECONDS_BETWEEN_LINES:
+                last = time.monotonic()
+                print(f"{done} of {planned} runs: {doing}", file=sys.stderr, flush=True)
+
+        yield write
+
+
+def print_chart(found: Chart, command: str, console: Console | None = None) -> None:
+    """Print reference, recommended settings, failures and what was left out; `command` is `softbrake run CASE` of the user."""
+    from softbrake.chart import TOLERANCES, UNITS
+
+    console = console or Console(highlight=False, markup=False, emoji=False)
+    console.print(found.case.title, style="bold", soft_wrap=True, markup=False, highlight=False)
+    reference = found.reference
+    if reference is None:
+        console.print("Interrupted before there was a reference: no errors.")
+        return
+    console.print(f"Reference: {reference.basis}.")
+    console.print()
+    table = Table.grid(padding=(0, 2, 0, 0))
+    for name, value in reference.values.items():
+        table.add_row(name.replace("_", " "), f"{value:.5g} {UNITS[name]}", f"± {_percent(reference.error(name))}")
+    console.print(table)
+    console.print()
+    table = Table(box=None, padding=(0, 2, 0, 0), show_edge=False, header_style="")
+    for head in ("within", "choose", "error", "kernel s"):
+        table.add_column(head, justify="left" if head == "choose" else "right", overflow="fold")
+    for name in reference.values:
+        table.add_row("", name.replace("_", " "), "", "", style="bold")
+        for tolerance in TOLERANCES:
+            run = found.recommended(name, tolerance)
+            if run is None:
+                known = reference.error(name)
+                why = "none" if known < tolerance else f"none: the reference is known to {_percent(known)} only"
+                table.add_row(f"{100 * tolerance:g} %", why, "", "")
+            else:
+                error = max(found.error(run, name), reference.error(name))
+                below = "< " if found.error(run, name) < reference.error(name) else ""
+                table.add_row(f"{100 * tolerance:g} %", str(run.setting), below + _percent(error), f"{run.seconds:.2g}")
+    console.print(table)
+    for head, lines in (("failed", found.failures()), ("left out", found.omissions())):
+        if lines:
+            console.print(f"\n{head}")
+            for line in lines:
+                console.print(f"  {line}")
+    first = next(iter(reference.values))
+    chosen = [(tolerance, run) for tolerance in TOLERANCES if (run := found.recommended(first, tolerance)) is not None]
+    if chosen and found.case.tolerance is None:
+        tolerance, run = chosen[-1]
+        sets = " ".join(f"--set {shlex.quote(text)}" for text in run.setting.overrides(found.case))
+        console.print(f"\nFor {100 * tolerance:g} % of the {first.replace('_', ' ')}:")
+        console.print(f"  {command} {sets}", soft_wrap=True)
+
+
+def _percent(error: float) -> str:
+    return f"{100 * error:.{2 if error < 0.1 else 3}g} %" if math.isfinite(error) else "unknown"
+
+
 def _line(now: Progress) -> str:
     return f"t {now.time:.4f} s  V {now.velocity:6.3f} m/s  H {now.height:.4f} m  {now.steps} steps"
+
+
+@contextmanager
+def runs_progress(*, quiet: bool) -> Iterator[Callable[[int, int, bool], None] | None]:
+    """Give the callback of many runs: runs done, of all, and whether the last was computed now; else as `progress`."""
+    started, computed, last = time.monotonic(), 0, time.monotonic()
+    console = Console(stderr=True, highlight=False)
+    live = not quiet and sys.stderr.isatty() and console.is_interactive
+
+    def line(done: int, total: int) -> str:
+        seconds = time.monotonic() - started
+        rate = computed / seconds if computed and seconds > 0.0 else 0.0
+        left = f", {(total - done) / rate:.0f} s left" if rate > 0.0 else ""
+        return f"{done} of {total} runs" + (f", {rate:.3g} a second{left}" if rate > 0.0 else "")
+
+    if quiet:
+        yield None
+    elif live:
+        with Bar(BarColumn(20), TextColumn("{task.description}", markup=False), console=console, transient=True) as bar:
+            task = bar.add_task("", total=1)
+
+            def move(done: int, total: int, fresh: bool) -> None:
+                nonlocal computed
+                computed += fresh
+                bar.update(task, completed=done, total=max(total, 1), description=line(done, total))
+
+            yield move
+    else:
+
+        def write(done: int, total: int, fresh: bool) -> None:
+            nonlocal computed, last
+            computed += fresh
+            if time.monotonic() - last >= SECONDS_BETWEEN_LINES or (not fresh and done):
+                last = time.monotonic()
+                print(line(done, total), file=sys.stderr, flush=True)
+
+        yield write

@@ -8,6 +8,7 @@ import threading
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from functools import cached_property
 from pathlib import Path
 from typing import NamedTuple
 
@@ -22,7 +23,8 @@ from softbrake.build import (
     build_sweep,
     grid_view,
     initial_energy,
-    whole_shell,
+    whole_model,
+    whole_nodes,
 )
 from softbrake.case import Case
 from softbrake.kernels.fields import sample_fields
@@ -43,6 +45,7 @@ KERNELS = {"full": advance, "sector": advance, "axisymmetric": advance_meridian,
 NODE_STEPS_PER_CHUNK = 2_000_000  # about 0.1 s between chances for progress and Ctrl-C
 HISTORY_ROWS = 4096
 VISCOUS = 1.5  # times longer would the stable step be without viscosity: then that is its limit
+NEVER = 2**62  # steps between rows of a history that nobody reads
 BURST = 1.5  # median hoop stretch; skeleton fabrics are used up to 1.3, and a faulty step stretches a few nodes only
 
 
@@ -74,10 +77,9 @@ class NotInflated(Exception):
     """The shell found no shape of rest; the message says how far it came and the likely cause."""
 
 
-def kernels_cached(case: Case) -> bool:
-    """Whether a run of the case starts at once, its kernels having been compiled before."""
-    climbs = case.tolerance is not None
-    kernels = {*KERNELS.values()} if climbs else {KERNELS[case.model.fidelity]}
+def kernels_cached(case: Case, every: bool = False) -> bool:
+    """Whether a run of the case, or of every fidelity, starts at once, its kernels having been compiled before."""
+    kernels = {*KERNELS.values()} if every or case.tolerance is not None else {KERNELS[case.model.fidelity]}
     return all(any(CACHE_FOLDER.rglob(f"{one.__module__.rpartition('.')[2]}.{one.__name__}-*.nbc")) for one in kernels)
 
 
@@ -127,6 +129,8 @@ class Drop:
         one_column = case.model.fidelity in ONE_COLUMN
         self.sweep: Sweep | Meridian = build_meridian(self.model) if one_column else build_sweep(self.model)
         self.history: Floats = np.empty((HISTORY_ROWS, len(History)))
+        self.interval = case.output.history_interval  # steps between rows of the history
+        self.most = max(NODE_STEPS_PER_CHUNK // ((self.model.n1 + 1) * self.model.n2), 1)  # steps of a chunk
         self.kernel_seconds = 0.0
         if case.initial == "inflated" and case.model.fidelity != "lumped":  # gas alone has no shape
             self.inflate()
@@ -159,7 +163,7 @@ class Drop:
         """
         start = time.perf_counter()
         kernel = KERNELS[self.case.model.fidelity]
-        rows, outcome = kernel(self.model, self.state, self.sweep, self.history, self.case.output.history_interval, most, until)
+        rows, outcome = kernel(self.model, self.state, self.sweep, self.history, self.interval, most, until)
         self.kernel_seconds += time.perf_counter() - start
         return self.history[:rows], Outcome(outcome)
 
@@ -172,7 +176,8 @@ class Drop:
         """Advance to the end, writing history and snapshots to the file."""
         started = time.perf_counter()
         self.kernel_seconds = 0.0
-        most = max(NODE_STEPS_PER_CHUNK // ((self.model.n1 + 1) * self.model.n2), 1)
+        if file is None:
+            self.interval = NEVER
         outcome = Outcome.RUNNING
         interval = self.case.output.snapshot_interval
         due = math.inf if file is None else 0.0
@@ -182,7 +187,7 @@ class Drop:
                 if file is not None and now >= due:
                     self._snapshot(file)
                     due = max((now // interval + 1.0) * interval, math.nextafter(now, math.inf))
-                rows, outcome = self.advance(due, most)
+                rows, outcome = self.advance(due, self.most)
                 if file is not None:
                     file.add_history(rows)
                 if progress is not None:
@@ -245,18 +250,32 @@ class Drop:
 
     def whole_shell(self) -> tuple[Model, Nodes]:
         """Return model and nodes of the whole shell, whatever part of it is computed."""
-        return (self.model, self.state.nodes) if self.case.model.fidelity == "full" else whole_shell(self.case, self.state)
+        if self.case.model.fidelity == "full":
+            return self.model, self.state.nodes
+        return self._whole_model, whole_nodes(self.case, self._whole_model, self.model, self.state)
+
+    @cached_property
+    def _whole_model(self) -> Model:
+        return whole_model(self.case)
+
+    @cached_property
+    def _whole_sweep(self) -> Sweep:
+        """Scratch for pictures; that of the steps does where it is of the whole shell, since nothing in it outlives a step."""
+        return self.sweep if self.case.model.fidelity == "full" else build_sweep(self._whole_model)  # type: ignore[return-value]
 
     def fields(self) -> dict[str, Floats]:
         """Return stretches and tensions (N/m) at the nodes of the whole shell, each (n1+1, cells around the hoop)."""
-        model, nodes = self.whole_shell()
+        return self._fields_of(*self.whole_shell())
+
+    def _fields_of(self, model: Model, nodes: Nodes) -> dict[str, Floats]:
         names = ("stretch_generatrix", "stretch_hoop", "tension_generatrix", "tension_hoop")
         fields = {name: np.empty((model.n1 + 1, model.n2)) for name in names}
-        sample_fields(model, nodes, build_sweep(model), *fields.values())
+        sample_fields(model, nodes, self._whole_sweep, *fields.values())
         return fields
 
     def _snapshot(self, file: ResultFile) -> None:
-        (model, nodes), fields = self.whole_shell(), self.fields()
+        model, nodes = self.whole_shell()
+        fields = self._fields_of(model, nodes)
         fields["velocity"] = np.stack([grid_view(part, model) for part in (nodes.u, nodes.v, nodes.w)], axis=-1)
         xyz = np.stack([grid_view(part, model) for part in (nodes.x, nodes.y, nodes.z)], axis=-1)
         file.add_snapshot(
@@ -303,6 +322,12 @@ class Drop:
             wall_seconds=wall_seconds,
             model=ModelUsed(case.model.fidelity, case.grid.generatrix, case.grid.hoop, case.time.courant, case.model.scheme),
             results=None if file is None else str(file.path),
+            fabric_margin=_margin(
+                case.fabric.strength, max(peaks["peak_tension_generatrix"].value, peaks["peak_tension_hoop"].value)
+            ),
+            belt_margin=_margin(
+                min((b.strength for b in case.belts if b.strength is not None), default=None), belt.value if belt else 0.0
+            ),
         )
 
     def _divergence(self) -> str:
@@ -363,3 +388,7 @@ class Drop:
         viscous = kernel(calm, nodes, self.sweep) > VISCOUS * longest
         where = "at the belt cells" if model.belts.width[row] > 0.0 else f"at row {row}"
         return f"the {'viscosity' if viscous else 'stiffness'} limit of the step {where}"
+
+
+def _margin(strength: float | None, tension: float) -> float | None:
+    return strength / tension - 1.0 if strength is not None and tension > 0.0 else None

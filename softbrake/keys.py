@@ -92,6 +92,14 @@ _BELT = (
     Key("stiffness", Dimension.FORCE, "instead of layers: force per unit elongation", "1.7 kN", above=0),
     Key("line_density", Dimension.LINE_DENSITY, "with stiffness", "4.2 g/m", above=0),
     Key("width", Dimension.LENGTH, "of a belt along the generatrix", "16.667 mm", required=True, above=0),
+    Key(
+        "strength",
+        Dimension.TENSION,
+        "tension per width that it bears, for a margin",
+        "150 kN/m",
+        computed="layers times fabric.strength",
+        above=0,
+    ),
 )
 BELTS = (Key("count", int, "belts at uniform spacing; 0 is allowed", "3", required=True, least=0), *_BELT)
 LISTED_BELT = (
@@ -174,6 +182,7 @@ SECTIONS: dict[str, tuple[Key, ...]] = {
             least=0,
             most=1,
         ),
+        Key("strength", Dimension.TENSION, "tension that it bears, for a margin", "30 kN/m", above=0),
     ),
     "belts": BELTS,
     "cargo": (
@@ -215,12 +224,26 @@ SECTIONS: dict[str, tuple[Key, ...]] = {
         Key("history_interval", int, "steps between rows of the history", "1", default=1, least=1),
     ),
 }
+SWEEP = (
+    Key("mode", ("grid", "zip", "lhs"), "every combination, side by side, or a Latin hypercube", "grid", default="grid"),
+    Key("samples", int, "runs of a Latin hypercube", "100", least=1, most=1_000_000),
+    Key("seed", int, "of its random numbers", "1", default=0, least=0),
+)
+PHYSICS = ("shell", "fabric", "belts", "cargo", "pressure")  # sections that describe the drop, not its computation
 OPTIONAL_SECTIONS = {"belts", "grid", "time", "model", "output"}
 ALTERNATIVES: dict[str, Alternatives] = {
     "fabric": ((("E",), ("E11", "E22")), (("damping_ratio",), ("viscosity",))),
     "belts": ((("layers",), ("stiffness", "line_density")),),
 }
 _CONTACT = "what stops the fabric: solid, full, paper, or parts"
+
+
+def key_at(path: str) -> Key | None:
+    """The key of a dotted path, as of an override; None if there is none."""
+    *parents, name = path.split(".")
+    section = parents[0] if parents else ""
+    keys = LISTED_BELT if section == "belts" and len(parents) == 2 else SECTIONS.get(section, ()) if parents[1:] == [] else ()
+    return next((key for key in (keys if section else TOP) if key.name == name), None)
 
 
 def needed(section: str) -> list[Key]:
@@ -243,6 +266,10 @@ def schema() -> dict[str, Any]:
     some: dict[str, Any] = {"type": "array", "items": {"enum": list(CONTACT)}, "uniqueItems": True}
     properties["contact"] = {"description": _CONTACT, "oneOf": [{"enum": [*CONTACT_SETS, *CONTACT]}, some]}
     properties["pressure"] = {"oneOf": [_pressure_schema(law) for law in PRESSURE]}
+    axis = {"description": "START:STOP:COUNT, also :log, or a list of values", "type": ["string", "array"], "minItems": 1}
+    sweep = _section_schema(SWEEP, ())
+    sweep["properties"]["vary"] = {"description": "values by key, as fabric.E", "type": "object", "additionalProperties": axis}
+    properties["sweep"] = sweep | {"description": "what `softbrake sweep` varies; else not read", "required": ["vary"]}
     return {
         "$schema": "https://json-schema.org/draft/2020-12/schema",
         "title": "softbrake case file",

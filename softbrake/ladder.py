@@ -30,6 +30,8 @@ PROBE = 36  # cells along the generatrix of the full shell that is asked whether
 # Of the radius, disturbances of the places at the start: from what sewing leaves to what nobody could measure. No case says how
 # round its shell is, and where symmetry is lost the answer hangs on when, so an ensemble takes one of each.
 SEEDS = (1e-3, 1e-4, 1e-5, 1e-6)
+DOUBTFUL = 10.0  # times a disturbance: a shell that is round but let it grow by more is asked on a finer grid
+FINER = 10.0  # times the seconds of a full shell, for one on twice as fine a grid
 OUT_OF_ROUND = 0.05  # of the radius: more, and the shell is not axisymmetric; its square, 0.25 %, is what the answer feels
 STEPPED = 1.5  # refinement of the full shell
 LEAST_SPEED = 0.05  # of the free-fall velocity: tolerances of smaller impact velocities are parts of this
@@ -76,8 +78,8 @@ def run(
             drop.run(found.case, results, progress, lambda summary: _with_errors(summary, found.summary))
             return replace(found.summary, results=str(results))
         return found.summary
-    companions = _companions(case) if with_error_bar else []
-    return drop.run(case, results, progress, (lambda summary: _with_error_bar(summary, companions)) if companions else None)
+    coarser = companions(case) if with_error_bar else []
+    return drop.run(case, results, progress, (lambda summary: _with_error_bar(summary, coarser)) if coarser else None)
 
 
 def reached(case: Case, summary: Summary) -> bool:
@@ -96,6 +98,12 @@ def allowed(tolerance: float, speed: float, free_fall: float) -> float:
 def _with_errors(summary: Summary, climbed: Summary) -> Summary:
     """A run of the level chosen, with the answer of the climb."""
     return replace(climbed, results=summary.results, wall_seconds=summary.wall_seconds, kernel_seconds=summary.kernel_seconds)
+
+
+def least_cells(case: Case) -> int:
+    """Cells along the generatrix that keep the belts half a cell off the covers."""
+    nearest = min((min(b.height, case.shell.height - b.height) - b.width / 2 for b in case.belts), default=math.inf)
+    return math.ceil(0.5 * case.shell.height / nearest + 1e-9)
 
 
 def speed_of(summary: Summary) -> float:
@@ -137,8 +145,7 @@ class _Climber:
         self.rungs: list[Rung] = []
         self.apart = 0.0  # m/s, by which a disturbance of the full shell moves the answer of a round one
         self.free_fall = math.sqrt(case.cargo.velocity**2 + 2.0 * case.gravity * case.shell.height)
-        nearest = min((min(b.height, case.shell.height - b.height) - b.width / 2 for b in case.belts), default=math.inf)
-        self.coarsest = max(COARSEST, math.ceil(0.5 * case.shell.height / nearest + 1e-9))  # belts keep off the covers
+        self.coarsest = max(COARSEST, least_cells(case))
         for fidelity in CLIMBED:
             Drop(level(case, fidelity, self.coarsest, 2 * self.coarsest)).advance(most=0)  # compiling is no cost of a level
         self.start = time.perf_counter()
@@ -251,25 +258,40 @@ class _Climber:
         return _Found(case, runs[4], mean, error, peaks, sensitive=True)
 
     def out_of_round(self) -> str | None:
-        """Ask the full shell on a coarse grid, disturbed, whether it stays round; errors take up by how much its answer moves."""
+        """Ask the full shell, disturbed, whether it stays round; errors take up by how much its answer moves.
+
+        A coarse grid may hide what a finer one shows: if it lets the disturbance grow much, twice as fine a grid is asked.
+        """
         cells = max(PROBE, self.coarsest)
+        started = time.perf_counter()
+        reason, grown = self.not_round(cells)
+        if reason is not None or grown <= DOUBTFUL * SEEDS[0]:
+            return reason
+        if FINER * (time.perf_counter() - started) > self.left():
+            return "whether the shell stays round takes a finer grid than the budget allows"
+        return self.not_round(2 * cells)[0]
+
+    def not_round(self, cells: int) -> tuple[str | None, float]:
+        """Say why the full shell on a grid is not round, None if it is; and how far it gets out of round, over the radius."""
         case = level(self.case, "full", cells, 2 * cells)
         started = time.perf_counter()
         try:
-            value, lopsided = _probe(case)
+            probed, lopsided = probe(case)
+            value = speed_of(probed)
             twin, _ = _timed(level(self.case, "axisymmetric", cells, 2 * cells))
         except Diverged as diverged:
             self.book(case, None, None, time.perf_counter() - started, f"diverged: {str(diverged)[:60]}")
-            return "the shell diverges on a coarse grid"
+            return "the shell diverges on a coarse grid", math.inf
         apart = abs(value - speed_of(twin))
         seconds = time.perf_counter() - started
+        part = lopsided / (0.5 * self.case.shell.diameter)
         grown = f"a disturbance of {SEEDS[0]:g} R grows to {lopsided * 1e3:.2g} mm and moves the answer by {apart:.2g} m/s"
-        if lopsided > OUT_OF_ROUND * 0.5 * self.case.shell.diameter or apart > self.allowed(value):
+        if part > OUT_OF_ROUND or apart > self.allowed(value):
             self.book(case, value, None, seconds, f"not round: {grown}")
-            return "the shell does not stay round"
+            return "the shell does not stay round", part
         self.book(case, value, None, seconds, f"round: {grown}")
         self.apart = apart
-        return None
+        return None, part
 
     def full(self, settled: float | None) -> _Found:
         """Refine ensembles of disturbed full shells: the error is their spread and that of the grid.
@@ -352,9 +374,9 @@ class _Climber:
         return Climb(found.case, summary)
 
 
-def _companions(case: Case) -> list[Summary]:
-    """Answers on grids 2.25 and 1.5 times as coarse both ways."""
-    companions = []
+def companions(case: Case) -> list[Summary]:
+    """Answers on grids 2.25 and 1.5 times as coarse both ways. ValueError where a grid is too coarse for that."""
+    coarser = []
     for ratio in (2.25, 1.5):
         n1, hoop = round(case.grid.generatrix / ratio), round(case.grid.hoop / ratio)
         sector = case.model.sector
@@ -364,13 +386,13 @@ def _companions(case: Case) -> list[Summary]:
         if n1 < 4 or hoop < 8:
             raise ValueError(f"a grid of {case.grid.generatrix} x {case.grid.hoop} cells is too coarse for an error bar")
         grid = replace(case.grid, generatrix=n1, hoop=hoop)
-        companions.append(_timed(replace(case, grid=grid, model=replace(case.model, sector=sector)))[0])
-    return companions
+        coarser.append(_timed(replace(case, grid=grid, model=replace(case.model, sector=sector)))[0])
+    return coarser
 
 
-def _with_error_bar(summary: Summary, companions: Sequence[Summary]) -> Summary:
+def _with_error_bar(summary: Summary, coarser: Sequence[Summary]) -> Summary:
     """The answer with the errors that its coarser companions show."""
-    runs = [*companions, summary]
+    runs = [*coarser, summary]
     velocity = _estimate(runs, "impact_velocity", 1.5)
     peaks = {name: _estimate(runs, name, 1.5).error for name in PEAKS if getattr(summary, name) is not None}
     if math.isfinite(velocity.error):
@@ -398,8 +420,8 @@ def _timed(case: Case, seed: int = 0) -> tuple[Summary, float]:
     return summary, time.perf_counter() - started
 
 
-def _probe(case: Case) -> tuple[float, float]:
-    """Impact velocity of a disturbed shell, and how far it got out of round (m)."""
+def probe(case: Case) -> tuple[Summary, float]:
+    """Answer of a disturbed full shell, and how far it got out of round (m). Raises Diverged."""
     falling = Drop(case)
     falling.disturb(SEEDS[0] * 0.5 * case.shell.diameter, 1)
     largest, outcome = 0.0, Outcome.RUNNING
@@ -410,8 +432,7 @@ def _probe(case: Case) -> tuple[float, float]:
             _, outcome = falling.advance(due)
         if outcome == Outcome.RUNNING:  # at the end all is crushed
             largest = max(largest, falling.lopsided())
-    summary = falling.finish(outcome)
-    return speed_of(summary), largest
+    return falling.finish(outcome), largest
 
 
 def _estimate(summaries: Sequence[Summary], name: str, ratio: float = 2.0) -> Estimate:

@@ -2,8 +2,17 @@
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 from softbrake.keys import ALTERNATIVES
 from softbrake.yamlnodes import Node, Place, Report, YamlError, join, parse
+
+
+class Override(NamedTuple):
+    """An override that stands somewhere else than in `--set`."""
+
+    text: str
+    place: Place
 
 
 def apply_override(root: Node, override: str, place: Place, report: Report) -> None:

@@ -48,17 +48,17 @@ def plot_result(path: Path | str, picture: Path | str, dimensionless: bool = Fal
 
     `dimensionless` divides tensions by `results.tension_scale`. Raises PlotError and ResultError.
     """
-    _save(result_figure(path, dimensionless), picture)
+    save(result_figure(path, dimensionless), picture)
 
 
 def draw_drop(path: Path | str, picture: Path | str, instants: int = 4) -> None:
     """Draw `instants` snapshots side by side in three dimensions, coloured by hoop tension. Raises PlotError and ResultError."""
-    _save(drop_figure(path, instants), picture)
+    save(drop_figure(path, instants), picture)
 
 
 def result_figure(path: Path | str, dimensionless: bool = False) -> Figure:
     """The figure of `plot_result`."""
-    mpl = _matplotlib()
+    mpl = load_matplotlib()
     case, history, summary = read_case(path), read_history(path), read_summary(path)
     scale, unit = 1e3, "kN/m"
     if dimensionless:
@@ -100,14 +100,14 @@ def result_figure(path: Path | str, dimensionless: bool = False) -> Figure:
 
 def drop_figure(path: Path | str, instants: int = 4) -> Figure:
     """The figure of `draw_drop`."""
-    mpl = _matplotlib()
+    mpl = load_matplotlib()
     from matplotlib.collections import PolyCollection
 
     case, shots = read_case(path), read_snapshots(path, "tension_hoop")
     if len(shots.times) == 0:
         raise PlotError(f"{path}: the run stopped before it recorded anything")
     tension = shots.fields["tension_hoop"] * 1e-3
-    chosen = _instants(shots, instants)
+    chosen = moments(shots, instants)
     limit = float(np.percentile(tension[chosen], 99.5))
     limit = limit if limit > 0.0 else 1.0
     colours = mpl.colors.LinearSegmentedColormap.from_list("tension", TENSION_COLOURS)
@@ -139,7 +139,8 @@ def drop_figure(path: Path | str, instants: int = 4) -> Figure:
     return figure
 
 
-def _matplotlib() -> Any:
+def load_matplotlib() -> Any:
+    """Import what pictures need. Raises PlotError."""
     try:
         import matplotlib.cm
         import matplotlib.colors
@@ -150,10 +151,16 @@ def _matplotlib() -> Any:
     return matplotlib
 
 
-def _save(figure: Figure, picture: Path | str) -> None:
-    suffix = Path(picture).suffix.lower()
-    if suffix not in (".png", ".svg", ".pdf"):
+def check_picture(picture: Path | str) -> None:
+    """Raise PlotError where no picture of this name can be drawn."""
+    if Path(picture).suffix.lower() not in (".png", ".svg", ".pdf"):
         raise PlotError(f"{picture}: the name of a picture ends in .png, .svg or .pdf")
+    load_matplotlib()
+
+
+def save(figure: Figure, picture: Path | str) -> None:
+    """Write a figure to a picture. Raises PlotError."""
+    check_picture(picture)
     try:
         figure.savefig(picture, dpi=150, bbox_inches="tight", pad_inches=0.1)
     except OSError as error:
@@ -170,11 +177,20 @@ def _headline(case: dict[str, Any], summary: Any) -> str:
     return f"{case['title']}\n{answer}"
 
 
-def _instants(shots: Snapshots, count: int) -> list[int]:
+def moments(shots: Snapshots, count: int) -> list[int]:
     """Indices of at most `count` snapshots, evenly spaced in time, first and last among them; none that a divergence spoilt."""
     sound = np.flatnonzero(np.isfinite(shots.xyz).all(axis=(1, 2, 3)))
     times = shots.times[sound]
     return sorted({int(sound[np.argmin(np.abs(times - time))]) for time in np.linspace(times[0], times[-1], count)})
+
+
+def cut(shots: Snapshots, shot: int) -> list[tuple[NDArray[Any], NDArray[Any]]]:
+    """Radius (m, negative on the left) and height (m) of column 0 of a snapshot and of the column opposite, each (n1+1,)."""
+    sides = []
+    for column, side in ((0, 1.0), (shots.xyz.shape[2] // 2, -1.0)):
+        outward = shots.xyz[0, 0, column, :2] / np.hypot(*shots.xyz[0, 0, column, :2])
+        sides.append((side * (shots.xyz[shot, :, column, :2] @ outward), shots.xyz[shot, :, column, 2]))
+    return sides
 
 
 def _draw_profiles(panels: NDArray[Any], case: dict[str, Any], shots: Snapshots) -> None:
@@ -183,12 +199,10 @@ def _draw_profiles(panels: NDArray[Any], case: dict[str, Any], shots: Snapshots)
     rows = belt_rows([belt["height"] for belt in case["belts"]], case["shell"]["height"], case["grid"]["generatrix"])
     radius, box = case["shell"]["diameter"] / 2, case["cargo"]["diameter"]
     top = min(case["cargo"].get("height", np.inf), 0.48 * case["shell"]["diameter"])  # of the cargo, as far as there is room
-    chosen = _instants(shots, panels.size)
+    chosen = moments(shots, panels.size)
     reach = 1.1 * max(radius * 1.6, float(np.abs(shots.xyz[chosen][..., [0, n2 // 2], :2]).max()))
     for panel, shot in zip(panels.flat, chosen, strict=False):
-        for column, side in ((0, 1.0), (n2 // 2, -1.0)):
-            outward = shots.xyz[0, 0, column, :2] / np.hypot(*shots.xyz[0, 0, column, :2])
-            r, z = side * (shots.xyz[shot, :, column, :2] @ outward), shots.xyz[shot, :, column, 2]
+        for side, (r, z) in zip((1.0, -1.0), cut(shots, shot), strict=True):
             panel.plot(r, z, color=BLUE, linewidth=1.3, label="shell" if side > 0 else None)
             panel.plot(r[rows], z[rows], "o", color=GREEN, markersize=3.5, label="belts" if side > 0 and rows else None)
         height = shots.height[shot]
@@ -196,7 +210,9 @@ def _draw_profiles(panels: NDArray[Any], case: dict[str, Any], shots: Snapshots)
         panel.plot([-radius, radius], [height, height], color=INK, linewidth=2.0, solid_capstyle="butt")
         panel.axhspan(-0.08 * case["shell"]["height"], 0.0, color=GROUND_COLOUR, linewidth=0)
         panel.axhline(0.0, color=INK, linewidth=0.8)
-        panel.set_title(f"{shots.times[shot] * 1e3:.1f} ms   {-shots.velocity[shot]:.2f} m/s", fontweight="normal")
+        panel.set_title(
+            f"{shots.times[shot] * 1e3:.1f} ms   {round(-shots.velocity[shot], 2) + 0.0:.2f} m/s", fontweight="normal"
+        )
         panel.set(
             aspect="equal",
             xlim=(-reach, reach),

@@ -5,13 +5,16 @@
     /softbrake  attributes version, source_hash and tension_scale; JSON texts `case` and, once the run has ended, `summary`,
                 or `inflation` of a shell at rest
 
-Each snapshot is flushed after its step counter, so the file of a killed run stays readable.
+Snapshots and history are kept for half a second and then written together, the step counter last, and flushed: the file of a
+killed run stays readable, and lacks that much at most.
 """
 
 from __future__ import annotations
 
 import json
+import math
 import os
+import time
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import asdict, dataclass
@@ -24,7 +27,7 @@ from numpy.typing import NDArray
 
 from softbrake.case import Case, case_to_dict
 from softbrake.state import UNITS, Floats, History
-from softbrake.summary import Inflation, ModelUsed, Peak, Rung, Summary, Work
+from softbrake.summary import Inflation, ModelUsed, Peak, Rung, Sensitivities, Sensitivity, Summary, Work
 
 
 class ResultError(Exception):
@@ -51,6 +54,8 @@ HISTORY_DTYPE = np.dtype([(column.name.lower(), np.float64) for column in Histor
 SHELL, BELT, LOWER_COVER, UPPER_COVER, GROUND = range(5)  # values of the cell array `part`
 
 _COMPRESSED: dict[str, Any] = {"compression": "gzip", "compression_opts": 4, "shuffle": True}
+SECONDS_KEPT = 0.5  # each call of HDF5 costs as much as the data of a small shell, and a flush as ten
+_BYTES_KEPT = 2**26
 _BLOCK = 128  # entries a chunk, of datasets with a number or a history row an entry
 _FOR_EACH_CELL_KIND = ("CellOffsets", "ConnectivityIdOffsets")  # vertices, lines, polygons, strips
 
@@ -82,6 +87,9 @@ class ResultFile:
         self._steps, self._times = root["Steps"], root["Steps/Values"]
         self._offsets = [(self._steps[name], *line) for name, line in _offsets(int(root["NumberOfPoints"][0]), len(part)).items()]
         self._history = self._file["history"]
+        self._kept: dict[h5py.Dataset, list[NDArray[Any]]] = {}
+        self._bytes_kept = 0
+        self._written = -math.inf
 
     @classmethod
     def create(cls, path: Path | str, case: Case, *, version: str, source_hash: str) -> Self:
@@ -107,38 +115,56 @@ class ResultFile:
         return cls(path, case)
 
     def add_snapshot(
-        self, time: float, xyz: Floats, fields: Mapping[str, Floats], *, height: float, velocity: float, pressure: float
+        self, instant: float, xyz: Floats, fields: Mapping[str, Floats], *, height: float, velocity: float, pressure: float
     ) -> None:
-        """Append the shell at `time` [s] and flush.
+        """Append the shell at an `instant` [s]; it reaches the file within SECONDS_KEPT, or with the next call after that.
 
         `xyz` [m] is (n1+1, n2, 3); `fields` holds every name of POINT_FIELDS, each (n1+1, n2) or, for velocity, (n1+1, n2, 3).
         `height` [m] and `velocity` [m/s, up positive] are the cargo's, `pressure` [Pa] the gas's.
         """
-        step = len(self._times)
-        _append(self._points, np.concatenate((xyz.reshape(-1, 3), self._ground)))
+        step = len(self._times) + len(self._kept.get(self._times, ()))
+        self._keep(self._points, np.concatenate((xyz.reshape(-1, 3), self._ground)))
         for name, dataset in self._fields.items():
             _, components, ground = POINT_FIELDS[name]
             values = fields[name].reshape(-1, *components)
-            _append(dataset, np.concatenate((values, np.full((len(self._ground), *components), ground))))
-        _append(self._cell_pressure, np.where(self._under_pressure, pressure, 0.0))
+            self._keep(dataset, np.concatenate((values, np.full((len(self._ground), *components), ground))))
+        self._keep(self._cell_pressure, np.where(self._under_pressure, pressure, 0.0))
         for name, value in (("height", height), ("velocity", velocity), ("pressure", pressure)):
-            _append(self._scalars[name], np.array([value]))
+            self._keep(self._scalars[name], np.array([value]))
         for dataset, first, stride in self._offsets:
-            _append(dataset, np.full((1, *dataset.shape[1:]), first + step * stride))
-        # The counter last: VTK aborts on a file whose counter and arrays disagree.
-        _append(self._times, np.array([time]))
-        self._steps.attrs.modify("NSteps", step + 1)
-        self._file.flush()
+            self._keep(dataset, np.full((1, *dataset.shape[1:]), first + step * stride))
+        self._keep(self._times, np.array([instant]))
+        self._write_if_due()
 
     def add_history(self, rows: Floats) -> None:
-        """Append `rows` (k, len(History)) to /history; many at a time, since each call costs as much as hundreds of rows."""
-        _append(self._history, np.ascontiguousarray(rows, np.float64).view(HISTORY_DTYPE)[:, 0])
+        """Append `rows` (k, len(History)) to /history, as add_snapshot does; they are copied."""
+        self._keep(self._history, np.array(rows, np.float64, order="C").view(HISTORY_DTYPE)[:, 0])
+        self._write_if_due()
+
+    def _keep(self, dataset: h5py.Dataset, rows: NDArray[Any]) -> None:
+        rows = rows.astype(dataset.dtype, copy=False)
+        self._kept.setdefault(dataset, []).append(rows)
+        self._bytes_kept += rows.nbytes
+
+    def _write_if_due(self) -> None:
+        if time.monotonic() - self._written >= SECONDS_KEPT or self._bytes_kept > _BYTES_KEPT:
+            self._write()
+
+    def _write(self) -> None:
+        """Append what was kept, and flush."""
+        times = self._kept.pop(self._times, [])
+        for dataset, rows in self._kept.items():
+            _append(dataset, np.concatenate(rows))
+        if times:  # the counter last: VTK aborts on a file whose counter and arrays disagree
+            _append(self._times, np.concatenate(times))
+            self._steps.attrs.modify("NSteps", len(self._times))
         self._file.flush()
+        self._kept, self._bytes_kept, self._written = {}, 0, time.monotonic()
 
     def write_summary(self, summary: Summary) -> None:
         """Keep the answer; a file without one is from a run that was killed."""
         self._file["softbrake/summary"] = json.dumps(asdict(summary))
-        self._file.flush()
+        self._write()
 
     def write_inflation(self, inflation: Inflation) -> None:
         """Keep the answer of a static inflation."""
@@ -146,8 +172,10 @@ class ResultFile:
         self._file.flush()
 
     def close(self) -> None:
-        """Close the file; a second call does nothing."""
-        self._file.close()
+        """Write what was kept and close the file; a second call does nothing."""
+        if self._file:
+            self._write()
+            self._file.close()
 
     def __enter__(self) -> Self:
         return self
@@ -184,6 +212,8 @@ def read_summary(path: Path | str) -> Summary | None:
     text["work"] = Work(**text["work"])
     text["model"] = ModelUsed(**text["model"])
     text["ladder"] = [Rung(**rung) for rung in text["ladder"]]
+    if (found := text.get("sensitivity")) is not None:
+        text["sensitivity"] = Sensitivities(**{**found, "inputs": [Sensitivity(**row) for row in found["inputs"]]})
     return Summary(**text)
 
 
@@ -227,6 +257,16 @@ def read_snapshots(path: Path | str, *fields: str) -> Snapshots:
             velocity=root["FieldData/velocity"][:count],
             fields={name: shell(f"PointData/{name}") for name in fields},
         )
+
+
+def replace_summary(path: Path | str, summary: Summary) -> None:
+    """Write another answer over that of a finished run. Raises ResultError."""
+    try:
+        with h5py.File(path, "r+", locking=False) as file:
+            del file["softbrake/summary"]
+            file["softbrake/summary"] = json.dumps(asdict(summary))
+    except OSError as error:
+        raise ResultError(f"{path}: cannot be written: {_reason(error)}") from error
 
 
 def belt_rows(heights: list[float], shell_height: float, generatrix: int) -> list[int]:

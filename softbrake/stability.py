@@ -18,7 +18,7 @@ import numpy as np
 
 from softbrake.case import Case
 from softbrake.drop import Drop, NotInflated
-from softbrake.plot import BLUE, GREEN, GREY, INK, RED, STYLE, _matplotlib, _save
+from softbrake.plot import BLUE, GREEN, GREY, INK, RED, STYLE, load_matplotlib, save
 from softbrake.relax import Held
 
 HAIR = 1e-7  # of the shorter edge, the disturbance: far below what slackens taut fabric
@@ -156,7 +156,7 @@ def draw_map(points: Sequence[Point], axes: Sequence[Axis], picture: Path) -> No
 
     Raises PlotError.
     """
-    mpl = _matplotlib()
+    mpl = load_matplotlib()
     (name, ticks), *others = axes
     panels = list(product(*(values for _, values in others)))
     columns = min(len(panels), 4)
@@ -175,7 +175,7 @@ def draw_map(points: Sequence[Point], axes: Sequence[Axis], picture: Path) -> No
         for row in range(rows):
             grid[row * columns].set_ylabel("step, µs")
         grid[0].legend(loc="best")
-        _save(figure, picture)
+        save(figure, picture)
 
 
 def _draw_panel(panel: Any, points: Sequence[Point], ticks: Sequence[str]) -> None:

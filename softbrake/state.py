@@ -2,8 +2,9 @@
 
 Grid. Row i = 0 … n1 counts nodes along the generatrix, from the lower cover on the ground (0) to the upper cover under the
 cargo (n1); column j = 0 … n2-1 counts them around the hoop. A row is stored with one copy of its last column in front and of
-its first column behind, so node (i, j) of a flat array stands at `i*stride + PAD + j`, columns -1 … n2; PAD and stride are
-multiples of eight doubles, a cache line. A sector of the shell has fewer columns than the hoop; the rest of the hoop repeats
+its first column behind, so node (i, j) of a flat array stands at `i*stride + PAD + j`, columns -1 … n2. PAD and stride are
+multiples of eight doubles, a cache line, and loops over a row take whole ones: a row has room for the columns from n2 on that
+they compute and nobody reads. A sector of the shell has fewer columns than the hoop; the rest of the hoop repeats
 it, turned about the axis, so that the copies at both ends of a row are turned as well. The axisymmetric shell is a sector of
 one column, kept as one array along the generatrix: x the radius, y and v zero.
 Suffix _1 is along the generatrix, _2 around the hoop. x3 = z points up.
@@ -261,7 +262,7 @@ class Nodes(NamedTuple):
 
 
 class Work(NamedTuple):
-    """Work on one sector of shell and cargo since the start, J, split by column as it is summed; each (n2,).
+    """Work on one sector of shell and cargo since the start, J, split by column as it is summed; each (n2 in whole PADs,).
 
     Split by node of the one column, (n1+1,), in the axisymmetric shell.
     """
@@ -385,14 +386,14 @@ class Meridian(NamedTuple):
 
 
 class Top(NamedTuple):
-    """Largest tension of the step by column, and its row (i + 1/2 between two rows); each (n2,)."""
+    """Largest tension of the step by column, and its row (i + 1/2 between two rows); each (n2 in whole PADs,)."""
 
     tension: Floats  # N/m
     row: Floats
 
 
 class ByColumn(NamedTuple):
-    """Sums of the step by column; each (n2,)."""
+    """Sums of the step by column; each (n2 in whole PADs,)."""
 
     kinetic: Floats  # J
     lift: Floats  # N s, of the ground on the fabric of the row under way
@@ -410,11 +411,10 @@ class Sweep(NamedTuple):
     belt: Edges  # 1 row
     cells: Cells
     force: Rows  # N, of tensions on the nodes of the row under way
-    force_above: Rows  # N, on the nodes of the next row, from the cells and edges below it
+    force_above: Rows  # N, on the nodes of the next row, from the cells below it
     area: Rows  # m^2, area vectors of the nodes of the row under way, outwards
-    area_above: Rows  # m^2, of the next row, from the cells below it
     mean: Rows  # m/s, mean of the velocities at n-1/2 and n+1/2; 2 rows
-    pressure: Floats  # Pa, on the nodes of a row, (n2,)
+    pressure: Floats  # Pa, on the nodes of a row, (n2 in whole PADs,)
     top_generatrix: Top
     top_hoop: Top
     top_belt: Top

@@ -76,6 +76,26 @@ class Inflation:
 
 
 @dataclass(frozen=True)
+class Sensitivity:
+    """What one input does to the answers."""
+
+    path: str
+    value: float | tuple[float, ...]  # SI
+    changes: dict[str, float | None]  # of the answers of Summary, relative, per relative change of the input; None where lost
+
+
+@dataclass(frozen=True)
+class Sensitivities:
+    """What all inputs do to the answers."""
+
+    inputs: list[Sensitivity]  # the strongest first
+    errors: dict[str, float]  # of the changes, standard deviation
+    noise: dict[str, float]  # of an answer, relative, standard deviation
+    steps: dict[str, float]  # widest step behind an answer, relative, of the inputs
+    left_out: dict[str, str]  # inputs that cannot be varied alone, and why
+
+
+@dataclass(frozen=True)
 class Summary:
     """Answer of one run, SI units."""
 
@@ -106,3 +126,6 @@ class Summary:
     peak_errors: dict[str, float | None] | None = None  # of the peaks, as far as estimated
     fidelity_reason: str | None = None  # what the error rests on, and why this level was chosen
     ladder: list[Rung] = field(default_factory=list)  # what was tried for a tolerance
+    fabric_margin: float | None = None  # fabric.strength over its largest tension, less 1; None where no strength is given
+    belt_margin: float | None = None  # likewise, of the weakest belt under the largest tension of any
+    sensitivity: Sensitivities | None = None  # where it was asked for

@@ -259,7 +259,10 @@ END = GOOD.count("\n") + 1
         ("? [a]\n: 1", "{}:3: a key that is not a text; plain keys are wanted"),
         ("---\na: 1", "{}:1: a second document; one document a file is wanted"),
         # belts
-        ("belts: 3", "{}:8: belts: not a mapping; a mapping of count, layers, stiffness, line_density, width is wanted"),
+        (
+            "belts: 3",
+            "{}:8: belts: not a mapping; a mapping of count, layers, stiffness, line_density, width, strength is wanted",
+        ),
         ("belts: {layers: 5, width: 1 cm}", "{}:1: belts.count: missing; an integer >= 0 such as '3' is wanted"),
         ("belts: {count: 1, layers: 5}", "{}:1: belts.width: missing; a length > 0 such as '16.667 mm' is wanted"),
         (
@@ -279,7 +282,10 @@ END = GOOD.count("\n") + 1
             "belts: [{height: 0.3, stiffness: 5, width: 1 cm}]",
             "{}:9: belts.0.line_density: missing; a mass per length > 0 such as '4.2 g/m' is wanted",
         ),
-        ("belts: [7]", "{}:9: belts.0: not a mapping; a mapping of height, layers, stiffness, line_density, width is wanted"),
+        (
+            "belts: [7]",
+            "{}:9: belts.0: not a mapping; a mapping of height, layers, stiffness, line_density, width, strength is wanted",
+        ),
         (
             "belts: [{height: 0.59, layers: 5, width: 20 mm}]",
             "{}:35: belts.0.width: the belt comes closer than half a grid cell to a cover; "

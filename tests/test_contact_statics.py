@@ -16,7 +16,7 @@ from softbrake.drop import Drop
 from softbrake.kernels.contact import GAP, press_row
 from softbrake.kernels.fabric import add_hoop_forces, update_hoop_tension
 from softbrake.kernels.fields import sample_fields
-from softbrake.kernels.geometry import add_area_vectors, update_edges
+from softbrake.kernels.geometry import update_area_vectors, update_edges
 from softbrake.kernels.jit import kernel
 from softbrake.kernels.motion import push_row
 from softbrake.kernels.pressure import update_damped_pressure
@@ -41,7 +41,7 @@ def squeeze(model, state, sweep, start, end, lowering, steps, dt):
     last step stand in sweep.by_column over dt.
     """
     nodes, work, fabric, contact, n2 = state.nodes, state.work, model.fabric, model.contact, model.n2
-    g, h, force, area, scrap = sweep.generatrix, sweep.hoop, sweep.force, sweep.area, sweep.area_above
+    g, h, force, area = sweep.generatrix, sweep.hoop, sweep.force, sweep.area
     gas, by_column, mass = sweep.pressure, sweep.by_column, model.mass[1]
     stride = uint64(model.stride)
     node = stride + FIRST
@@ -51,10 +51,6 @@ def squeeze(model, state, sweep, start, end, lowering, steps, dt):
         course = Step(dt, dt, 0.0, height, lower, GAP, model.sector)
         by_column.impulse[:] = 0.0
         by_column.on_cargo[:] = 0.0
-        for rows in (force, area):
-            rows.x[:] = 0.0
-            rows.y[:] = 0.0
-            rows.z[:] = 0.0
         for values in (nodes.x, nodes.z, nodes.u, nodes.v, nodes.w):
             for j in range(stride):
                 values[j] = values[stride + j]
@@ -62,11 +58,15 @@ def squeeze(model, state, sweep, start, end, lowering, steps, dt):
         for row in range(2):
             below = uint64(row) * stride + FIRST
             update_edges(nodes, g, below - ONE, stride, below - ONE, n2 + 2, fabric.h1)
-        update_edges(nodes, h, node - ONE, ONE, FIRST - ONE, n2 + 1, fabric.h2)
-        add_area_vectors(nodes, scrap, area, FIRST, stride, n2)
-        add_area_vectors(nodes, area, scrap, node, stride, n2)
-        update_hoop_tension(fabric, h, g, FIRST, FIRST, node, n2)
-        add_hoop_forces(h, force, FIRST, n2)
+        for row in range(3):
+            middle = uint64(row) * stride + FIRST
+            update_edges(nodes, h, middle - ONE, ONE, middle - ONE, n2 + 1, fabric.h2)
+        update_area_vectors(g, h, area, node, FIRST, node, node + stride, FIRST, n2)
+        update_hoop_tension(fabric, h, g, node, FIRST, node, n2)
+        force.x[:] = 0.0
+        force.y[:] = 0.0
+        force.z[:] = 0.0
+        add_hoop_forces(h, force, node, n2)
         update_damped_pressure(model.pressure, model.pressure.value, nodes, area, gas, node, n2)
         push_row(nodes, force, area, gas, sweep.mean, work, by_column, contact, course, mass, node, FIRST, n2)
         press_row(nodes, force, area, gas, sweep.mean, work, by_column, contact, course, mass, node, FIRST, n2)
@@ -99,10 +99,11 @@ def squeezed(stiffness: float, gap: float, columns: int) -> Tube:
     dt = 0.7 * stable_step(model, nodes, sweep)
     squeeze(model, state, sweep, 2 * RADIUS, gap, int(0.02 / dt), int(0.08 / dt), dt)
     per_length = 1 / (dt * model.fabric.h1)
-    impulses = sweep.by_column.on_cargo, sweep.by_column.impulse
+    impulses = sweep.by_column.on_cargo[:columns], sweep.by_column.impulse[:columns]
     x, z = grid_view(nodes.x, model)[1], grid_view(nodes.z, model)[1]
     right, above = np.roll(x, -1), np.roll(z, -1)
-    tension = sweep.hoop.tension[PAD : PAD + columns]
+    first = model.stride + PAD
+    tension = sweep.hoop.tension[first : first + columns]
     return Tube(
         *(per_length * impulse.sum() for impulse in impulses),
         tension.mean(),

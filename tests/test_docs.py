@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 import pytest
+from conftest import Command
 
 from softbrake.cli import app
 
@@ -141,3 +142,35 @@ def test_commands_exist(document: Path) -> None:
         assert name in known or name in ("--help", "--version"), f"no command {name!r}: {line}"
         for path in re.findall(r"\bconfigs/\S+\.yaml", line):
             assert (ROOT / path).is_file(), f"no file {path}: {line}"
+
+
+TUTORIAL = ROOT / "docs" / "tutorial.md"
+CHANGING = re.compile(r"^(lumped|full|axisymmetric) |^level|^ {40}|^standard error|^noise")  # hold seconds, or hang on round-off
+
+
+def quoted() -> dict[str, list[str]]:
+    """Commands of the tutorial with the lines it quotes of their answers, spaces made single."""
+    blocks = re.findall(r"^```\n(\$ .*?)^```", TUTORIAL.read_text(encoding="utf-8"), re.DOTALL | re.MULTILINE)
+    answers: dict[str, list[str]] = {}
+    for line in "".join(blocks).splitlines():
+        if line.startswith("$ softbrake "):
+            lines = answers.setdefault(line.removeprefix("$ softbrake "), [])
+        elif line not in ("...", "") and not CHANGING.search(line):
+            lines.append(" ".join(line.split()))
+    return answers
+
+
+@pytest.mark.parametrize("arguments", [command for command, lines in quoted().items() if lines])
+def test_tutorial_quotes_what_the_commands_print(arguments: str, softbrake: Command, tmp_path: Path) -> None:
+    (tmp_path / "airdrop.yaml").write_bytes((ROOT / "configs" / "airdrop.yaml").read_bytes())
+    done = softbrake(*arguments.split(), "-q")
+    assert done.returncode == 0, done.stderr
+    printed = [" ".join(line.split()) for line in done.stdout.splitlines()]
+    missing = [line for line in quoted()[arguments] if line not in printed]
+    assert not missing
+
+
+def test_tutorial_shows_the_shipped_case() -> None:
+    text, case = TUTORIAL.read_text(encoding="utf-8"), (ROOT / "configs" / "airdrop.yaml").read_text(encoding="utf-8")
+    block = text.split("```yaml\n")[1].split("```")[0]
+    assert block in case

@@ -7,13 +7,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 from exact import Floats
+from whole_shell import area_vectors
 
 from softbrake.build import build_model, build_sweep, grid_view
 from softbrake.case import load_case
 from softbrake.drop import Drop
 from softbrake.kernels.fabric import update_generatrix_tension, update_hoop_tension
-from softbrake.kernels.geometry import add_area_vectors
-from softbrake.state import PAD, History, Outcome, Rows
+from softbrake.state import PAD, History, Outcome
 
 CONFIGS = Path(__file__).resolve().parents[1] / "configs"
 COARSE = ("grid.generatrix=12", "grid.hoop=30")
@@ -204,26 +204,12 @@ def test_elastic_work_is_stored_energy(name: str) -> None:
 # --- forces and momenta ----------------------------------------------------------------------------------------------------
 
 
-def area_vectors(falling: Drop) -> Floats:
-    """Area vectors of all nodes (m²), (n1+1, n2, 3), row by row as a step adds them."""
-    model = falling.model
-    sums = np.zeros((model.n1 + 1, model.n2, 3))
-    for i in range(model.n1):
-        lower, upper = (Rows(*(np.zeros(model.stride) for _ in range(3))) for _ in range(2))
-        node = np.uint64(i * model.stride + PAD)
-        add_area_vectors(falling.state.nodes, lower, upper, node, np.uint64(model.stride), model.n2)
-        for k in range(3):
-            sums[i, :, k] += lower[k][PAD : PAD + model.n2]
-            sums[i + 1, :, k] += upper[k][PAD : PAD + model.n2]
-    return sums
-
-
 @pytest.mark.kernels
 def test_closed_shell_feels_no_net_force_or_moment() -> None:
     """The area vectors of a crooked shell and its two covers, and their moments about the origin, sum to zero."""
     falling = drop(*COARSE)
     perturb(falling, 0.02)
-    areas = area_vectors(falling)
+    areas = area_vectors(falling.model, falling.state.nodes)
     assert np.abs(areas[1:-1].sum(axis=(0, 1))).max() > 1e-3  # the free rows alone are not closed
     assert np.abs(areas.sum(axis=(0, 1))).max() < 1e-14  # the covers' own vectors are equal and opposite
     places = places_of_ledger(falling)
@@ -234,7 +220,7 @@ def test_closed_shell_feels_no_net_force_or_moment() -> None:
 def test_area_vectors_are_the_gradient_of_the_volume() -> None:
     falling = drop(*COARSE)
     perturb(falling, 0.02)
-    places, areas = places_of_ledger(falling), area_vectors(falling)
+    places, areas = places_of_ledger(falling), area_vectors(falling.model, falling.state.nodes)
     for node in ((1, 0), (5, 7), (11, 29)):
         for k in range(3):
             shift = np.zeros_like(places)

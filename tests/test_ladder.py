@@ -61,6 +61,21 @@ def test_shell_that_loses_its_symmetry_is_answered_by_the_full_one() -> None:
     assert [rung.generatrix for rung in summary.ladder if "three grids" in rung.verdict and rung.fidelity == "full"] == [24, 36]
 
 
+def test_shell_that_is_round_on_a_coarse_grid_only_is_asked_on_a_finer_one() -> None:
+    """Two unlike belts, light cargo: 36 x 72 cells stay round, 72 x 144 do not."""
+    belts = "belts=[{height: 0.15, width: 8 mm, layers: 3}, {height: 0.4, width: 4 mm, layers: 6}]"
+    light = case("paper", belts, "cargo.mass=60", "pressure={law: constant, value: 9500, damping: 0.0003}")
+    in_doubt = climb(light, 0.2, budget=1.0).summary
+    assert in_doubt.ladder[1].verdict.startswith("round: ")
+    assert "takes a finer grid than the budget allows" in str(in_doubt.fidelity_reason)
+    found = climb(light, 0.2, budget=120.0)
+    coarse, finer = found.summary.ladder[1:3]
+    assert (coarse.generatrix, finer.generatrix) == (36, 72)
+    assert coarse.verdict.startswith("round: ")
+    assert finer.verdict.startswith("not round: ")
+    assert found.case.model.fidelity == "full"
+
+
 def test_hoops_in_compression_are_for_the_full_shell_where_they_buckle() -> None:
     """Without contact of the cover the axisymmetric shell, which cannot buckle, answers 3.2 m/s and the full one 3.8 m/s."""
     buckling = case("no-belts", "fabric.slack=compression", "contact=paper")

@@ -160,7 +160,7 @@ def slide(friction: float, up: bool) -> tuple[Floats, Floats]:
         part[:] = 0.0
     way, speed = [], []
     mass = model.mass[row]
-    where, scratch = np.uint64(PAD), sweep.area_above
+    where, scratch = np.uint64(PAD), sweep.force_above
     for _ in range(1000):
         push_row(nodes, sweep.force, sweep.area, sweep.pressure, sweep.mean, work, by_column, contact, step, mass, a, where, 90)
         rub_row(nodes, scratch, sweep.area, sweep.pressure, sweep.mean, work, by_column, contact, step, mass, a, where, 90)

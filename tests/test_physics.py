@@ -420,8 +420,10 @@ def test_printed_scheme_agrees_with_the_edge_scheme_while_it_lasts() -> None:
 # Velocity (m/s) of the cargo at 20 ms, as this code computed it. A disturbance of 1e-15 of the first places moves it by less than
 # 1e-15, so other orders of rounding stay far below 1e-9; any change of the equations does not.
 AT_20_MS = {
+    "airdrop": 7.853318393147279,
     "belts-list": 5.667930800426818,
     "free-fall": 6.196133000000000,
+    "moduli-sweep": 5.616646106535586,
     "no-belts": 5.65091748049361,
     "paper": 5.685913885033529,
     "paper-contact": 5.685900286451475,

@@ -113,9 +113,12 @@ def test_tension_scale_is_that_of_section_3_2(small: Path) -> None:
 
 @pytest.mark.parametrize("delay", [0.0, 0.02, 0.05])
 def test_file_of_a_killed_run_is_readable(tmp_path: Path, delay: float) -> None:
+    """Killed while it writes, as it does all the time here; and it has all that was written."""
     path = tmp_path / "drop.vtkhdf"
     code = """
 import sys, itertools, synthetic_drop as drop, numpy as np
+from softbrake import results
+results.SECONDS_KEPT = 0.0
 case = drop.case(6, 8, belts=2)
 result = drop.ResultFile.create(sys.argv[1], case, version="1", source_hash="a")
 for k in itertools.count():
@@ -153,6 +156,34 @@ def test_file_is_readable_while_it_is_written(tmp_path: Path) -> None:
         assert len(results.read_snapshots(path).times) == 0
         drop.add_snapshot(result, case, 0.01)
         assert results.read_snapshots(path).times.tolist() == [0.01]
+
+
+def test_snapshots_and_history_are_written_together(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """What comes before SECONDS_KEPT have passed is written with what comes after, or with the summary, or at the end."""
+    path, clock = tmp_path / "drop.vtkhdf", [100.0]
+    monkeypatch.setattr(results.time, "monotonic", lambda: clock[0])
+    case = drop.case(4, 8)
+
+    def written() -> tuple[list[float], int]:
+        return results.read_snapshots(path).times.tolist(), len(results.read_history(path))
+
+    with ResultFile.create(path, case, version="1", source_hash="a") as result:
+        drop.add_snapshot(result, case, 0.01)
+        drop.add_snapshot(result, case, 0.02)
+        rows = drop.history(np.arange(3.0))
+        result.add_history(rows)
+        rows[:] = np.nan  # the caller's array is free again
+        assert written() == ([0.01], 0)
+        clock[0] += results.SECONDS_KEPT
+        drop.add_snapshot(result, case, 0.03)
+        assert written() == ([0.01, 0.02, 0.03], 3)
+        drop.add_snapshot(result, case, 0.04)
+        result.write_summary(drop.summary())
+        assert written() == ([0.01, 0.02, 0.03, 0.04], 3)
+        result.add_history(drop.history(np.arange(2.0)))
+    assert written()[1] == 5
+    assert np.isfinite(results.read_history(path)["height"]).all()
+    assert len(list(vtk_steps(path))) == 4
 
 
 def test_new_file_replaces_an_older_one_only_when_it_stands(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

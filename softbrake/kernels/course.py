@@ -52,13 +52,7 @@ def end_step(model, state, length, height):
     within, outcome = event_time(now[History.HEIGHT], velocity, acceleration, length)
     if outcome == Outcome.RUNNING and length == model.end - now[History.TIME]:
         outcome = Outcome.TIME_LIMIT
-    gas = min(max(now[History.WORK_PRESSURE], 0.0), model.most_gas_work)
-    given = state.kinetic_start[0] + max(now[History.WORK_GRAVITY], 0.0) + gas
-    gain = now[History.WORK_ELASTIC] + now[History.WORK_VISCOUS] + now[History.WORK_BELTS] - state.elastic_start[0]
-    if (
-        not (now[History.KINETIC_ENERGY] <= RUNAWAY * given and gain <= FABRIC_GAIN * given)
-        or state.folds.counts[FoldCount.FAULT] == 1
-    ):
+    if ran_away(model, state) or state.folds.counts[FoldCount.FAULT] == 1:
         outcome = Outcome.DIVERGED
     if outcome == Outcome.RUNNING:
         now[History.HEIGHT] = height
@@ -75,6 +69,16 @@ def end_step(model, state, length, height):
         now[History.PRESSURE] = pressure_at(model.pressure, now[History.TIME])
         now[History.TIME_STEP] = 0.0
     return outcome
+
+
+@kernel
+def ran_away(model, state):
+    """Return whether the kinetic energy of state.now is more than what was given or not a number, or fabric gave of it."""
+    now = state.now
+    gas = min(max(now[History.WORK_PRESSURE], 0.0), model.most_gas_work)
+    given = state.kinetic_start[0] + max(now[History.WORK_GRAVITY], 0.0) + gas
+    gain = now[History.WORK_ELASTIC] + now[History.WORK_VISCOUS] + now[History.WORK_BELTS] - state.elastic_start[0]
+    return not (now[History.KINETIC_ENERGY] <= RUNAWAY * given and gain <= FABRIC_GAIN * given)
 
 
 @kernel

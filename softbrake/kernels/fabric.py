@@ -10,6 +10,7 @@ Force per unloaded width is T (1 + e) with the elongation e across for true tens
 from numba import uint64
 
 from softbrake.kernels.jit import kernel
+from softbrake.kernels.rows import lanes
 from softbrake.state import PAD
 
 ONE = uint64(1)
@@ -28,7 +29,8 @@ def update_generatrix_tension(fabric, generatrix, hoop, edge, lower, upper, colu
     Reads generatrix.e, rate, inverse at offset edge; hoop.e at offsets lower, upper.
     Writes generatrix.tension (N/m), force and elastic (N/m: edge force over edge length).
     """
-    for j in range(uint64(columns)):
+    widens = fabric.h2 * fabric.true_tension
+    for j in range(lanes(columns)):
         c = edge + j
         a = lower + j
         b = upper + j
@@ -37,7 +39,7 @@ def update_generatrix_tension(fabric, generatrix, hoop, edge, lower, upper, colu
         hooke = fabric.c11 * generatrix.e[c] + fabric.c12 * across
         elastic = max(hooke, fabric.residual * hooke)
         tension = max(hooke + fabric.viscosity * generatrix.rate[c], min(elastic, 0.0) + fabric.floor)
-        per_length = fabric.h2 * (1.0 + fabric.true_tension * across) * generatrix.inverse[c]
+        per_length = (fabric.h2 + widens * across) * generatrix.inverse[c]
         generatrix.tension[c] = tension
         generatrix.force[c] = tension * per_length
         generatrix.elastic[c] = elastic * per_length
@@ -50,7 +52,8 @@ def update_hoop_tension(fabric, hoop, generatrix, edge, below, above, columns):
     Reads hoop.e, rate, inverse at offset edge; generatrix.e at offsets below, above (rows i-1/2, i+1/2).
     Writes hoop.tension (N/m), force and elastic (N/m: edge force over edge length).
     """
-    for j in range(uint64(columns + 1)):
+    widens = fabric.h1 * fabric.true_tension
+    for j in range(lanes(columns + 1)):
         c = edge + j - ONE
         a = below + j
         b = above + j
@@ -59,7 +62,7 @@ def update_hoop_tension(fabric, hoop, generatrix, edge, below, above, columns):
         hooke = fabric.c22 * hoop.e[c] + fabric.c21 * across
         elastic = max(hooke, fabric.residual * hooke)
         tension = max(hooke + fabric.viscosity * hoop.rate[c], min(elastic, 0.0) + fabric.floor)
-        per_length = fabric.h1 * (1.0 + fabric.true_tension * across) * hoop.inverse[c]
+        per_length = (fabric.h1 + widens * across) * hoop.inverse[c]
         hoop.tension[c] = tension
         hoop.force[c] = tension * per_length
         hoop.elastic[c] = elastic * per_length
@@ -76,7 +79,7 @@ def update_belt_tension(belts, row, hoop, generatrix, belt, edge, below, above, 
     coupling = belts.coupling[row]
     viscosity = belts.viscosity[row]
     per_width = 1.0 / belts.width[row]
-    for j in range(uint64(columns + 1)):
+    for j in range(lanes(columns + 1)):
         c = edge + j - ONE
         a = below + j
         b = above + j
@@ -100,7 +103,7 @@ def update_cell_tension(fabric, generatrix, hoop, cells, edge, lower, upper, cel
     Reads generatrix at offset edge, hoop at lower and upper. Writes cells.force_1, force_2, elastic_1, elastic_2 (N/m: corner
     force over the sum of the two edge vectors), and, for the report, generatrix.tension, hoop.tension (N/m) at edge, lower.
     """
-    for j in range(uint64(columns + 1)):
+    for j in range(lanes(columns + 1)):
         g = edge + j - ONE
         a = lower + j - ONE
         b = upper + j - ONE
@@ -136,7 +139,7 @@ def update_shear(fabric, generatrix, hoop, cells, edge, lower, upper, cell, colu
     Reads generatrix at offset edge, hoop at lower and upper. Writes cells.shear (N/m: corner force over the edge sums).
     """
     modulus = fabric.g12 / (16.0 * fabric.h1 * fabric.h2)
-    for j in range(uint64(columns + 1)):
+    for j in range(lanes(columns + 1)):
         g = edge + j - ONE
         a = lower + j - ONE
         b = upper + j - ONE
@@ -148,23 +151,21 @@ def update_shear(fabric, generatrix, hoop, cells, edge, lower, upper, cell, colu
 
 
 @kernel
-def add_generatrix_forces(edges, force, force_above, edge, columns):
-    """Add the pull of one row of generatrix edges to the rows below and above. First difference of (2.8).
+def update_edge_forces(generatrix, hoop, force, above, below, row, columns):
+    """Update the pull of the edges on a row of nodes. First and second difference of (2.8).
 
-    Reads edges.x, y, z, force at offset edge. Writes force (N) of the row below and force_above of the row above.
+    Reads x, y, z, force of generatrix at offsets above, below and of hoop at row. Writes force (N).
     """
-    for j in range(uint64(columns)):
-        c = edge + j
-        x = edges.force[c] * edges.x[c]
-        y = edges.force[c] * edges.y[c]
-        z = edges.force[c] * edges.z[c]
-        d = FIRST + j
-        force.x[d] += x
-        force.y[d] += y
-        force.z[d] += z
-        force_above.x[d] -= x
-        force_above.y[d] -= y
-        force_above.z[d] -= z
+    gx, gy, gz, gf = generatrix.x, generatrix.y, generatrix.z, generatrix.force
+    hx, hy, hz, hf = hoop.x, hoop.y, hoop.z, hoop.force
+    for j in range(lanes(columns)):
+        a = above + j
+        b = below + j
+        c = row + j
+        up, down, right, left = gf[a], gf[b], hf[c], hf[c - ONE]
+        force.x[FIRST + j] = up * gx[a] - down * gx[b] + right * hx[c] - left * hx[c - ONE]
+        force.y[FIRST + j] = up * gy[a] - down * gy[b] + right * hy[c] - left * hy[c - ONE]
+        force.z[FIRST + j] = up * gz[a] - down * gz[b] + right * hz[c] - left * hz[c - ONE]
 
 
 @kernel
@@ -173,7 +174,7 @@ def add_hoop_forces(edges, force, edge, columns):
 
     Reads edges.x, y, z, force at offset edge. Writes force (N).
     """
-    for j in range(uint64(columns)):
+    for j in range(lanes(columns)):
         c = edge + j
         right = edges.force[c]
         left = edges.force[c - ONE]
@@ -190,7 +191,7 @@ def add_cell_forces(generatrix, hoop, cells, force, force_above, edge, lower, up
     the upper ones, and force_2 times the sum of its hoop edges, to the right on the left corners and to the left on the right.
     Writes force (N) of the row below and force_above of the row above.
     """
-    for j in range(uint64(columns)):
+    for j in range(lanes(columns)):
         g = edge + j
         a = lower + j
         b = upper + j
@@ -220,7 +221,7 @@ def add_shear_forces(generatrix, hoop, cells, force, force_above, edge, lower, u
     As add_cell_forces with the edges exchanged: shear (N/m) times the sum of the cell's hoop edges upwards on the lower corners,
     and times the sum of its generatrix edges to the right on the left corners. Writes force (N) of the row below, force_above.
     """
-    for j in range(uint64(columns)):
+    for j in range(lanes(columns)):
         g = edge + j
         a = lower + j
         b = upper + j

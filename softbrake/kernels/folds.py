@@ -47,7 +47,7 @@ def part_shell(model, nodes, work, by_column, folds, course, touching):
 def part_meridian(model, nodes, meridian, folds, course):
     """Keep the folds of a meridian apart in the step to n+1: node i of nodes at radius x, height z; y and v zero.
 
-    Reads model, course. Writes nodes, folds, with the impulses on cargo and ground in folds.impulse; add_node_work books them.
+    Reads model, course. Writes nodes, folds, with the impulses on cargo and ground in folds.impulse; add_contact_work books them.
     """
     contact = model.contact
     touching = (contact.cover == 1 or contact.cargo == 1) and course.next_cover > 0.0

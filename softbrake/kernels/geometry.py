@@ -5,11 +5,12 @@ from math import sqrt
 from numba import uint64
 
 from softbrake.kernels.jit import kernel
+from softbrake.kernels.rows import lanes
 from softbrake.state import PAD
 
 ONE = uint64(1)
 FIRST = uint64(PAD)
-TWIST = 1.0 / 24.0
+TWELFTH = 1.0 / 12.0
 SMALLEST_SQUARE = 1e-60  # m^2: two nodes on one place have an edge of no direction and no force
 
 
@@ -24,66 +25,77 @@ def update_edges(nodes, edges, node, step, edge, count, spacing):
     """
     x, y, z, u, v, w = nodes.x, nodes.y, nodes.z, nodes.u, nodes.v, nodes.w
     per_spacing = 1.0 / spacing
-    for j in range(uint64(count)):
+    for j in range(lanes(count)):
         a = node + j
         b = a + step
         c = edge + j
         dx = x[b] - x[a]
         dy = y[b] - y[a]
         dz = z[b] - z[a]
-        square = max(dx * dx + dy * dy + dz * dz, SMALLEST_SQUARE)
+        square = SMALLEST_SQUARE + dx * dx + dy * dy + dz * dz
         inverse = 1.0 / sqrt(square)
+        per_both = inverse * per_spacing
         edges.x[c] = dx
         edges.y[c] = dy
         edges.z[c] = dz
         edges.inverse[c] = inverse
-        edges.e[c] = square * inverse * per_spacing - 1.0
-        edges.rate[c] = (dx * (u[b] - u[a]) + dy * (v[b] - v[a]) + dz * (w[b] - w[a])) * inverse * per_spacing
+        edges.e[c] = square * per_both - 1.0
+        edges.rate[c] = (dx * (u[b] - u[a]) + dy * (v[b] - v[a]) + dz * (w[b] - w[a])) * per_both
 
 
 @kernel
-def add_area_vectors(nodes, area, area_above, node, stride, columns):
-    """Add one row of cells to the area vectors of the nodes on it. F of section 3, l3 sqrt(G) of (2.7).
+def update_area_vectors(generatrix, hoop, area, above, below, row, row_above, row_below, columns):
+    """Update the area vectors of a row of nodes. F of section 3, l3 sqrt(G) of (2.7).
 
-    The gradient of the volume below the bilinear patch over the cell's corners, so that constant pressure has a potential and
-    a closed shell feels neither force nor moment; the eight triangles of (3.2) give the same sum over a cell but no exact
-    volume. With diagonals d = x11 - x00, e = x01 - x10 and twist t = x11 - x10 - x01 + x00 the corners take
+    The gradient of the volume below the bilinear patches over the cells, so that constant pressure has a potential and a closed
+    shell feels neither force nor moment; the eight triangles of (3.2) give the same sum over a cell but no exact volume. A cell
+    between hoop edges h, H and to the right of a generatrix edge g gives its corners, times 12,
 
-        01 ─── 11        N/4 - d×t/24    N/4 - e×t/24
-        │       │                                        N = d×e/2
-        00 ─── 10        N/4 + e×t/24    N/4 + d×t/24    (columns along the hoop, rows upwards)
+        01 ──H── 11        h×g + 2 H×g + h×H        h×g + 2 H×g + 2 h×H
+        g         │
+        00 ──h── 10        2 h×g + H×g + h×H        2 h×g + H×g + 2 h×H      (columns along the hoop, rows upwards)
 
-    Reads nodes; node: offset of the lower row's node 0. Writes area (m^2) of the lower row and area_above of the upper one.
+    and at node 0 the four cells around are summed, with g of the left ones taken on their right. Edges beyond a cover are zero.
+    Reads generatrix.x, y, z at offsets above, below; hoop.x, y, z at row, row_above, row_below. Writes area (m^2).
     """
-    for j in range(uint64(columns)):
-        a = node + j
-        b = a + stride
-        c = FIRST + j
-        # The cell to the right of the node (r) and the one to its left (l), component by component.
-        dx = nodes.x[b + ONE] - nodes.x[a]
-        dy = nodes.y[b + ONE] - nodes.y[a]
-        dz = nodes.z[b + ONE] - nodes.z[a]
-        ex = nodes.x[b] - nodes.x[a + ONE]
-        ey = nodes.y[b] - nodes.y[a + ONE]
-        ez = nodes.z[b] - nodes.z[a + ONE]
-        tx = (nodes.x[b + ONE] - nodes.x[b]) - (nodes.x[a + ONE] - nodes.x[a])
-        ty = (nodes.y[b + ONE] - nodes.y[b]) - (nodes.y[a + ONE] - nodes.y[a])
-        tz = (nodes.z[b + ONE] - nodes.z[b]) - (nodes.z[a + ONE] - nodes.z[a])
-        fx = nodes.x[b] - nodes.x[a - ONE]
-        fy = nodes.y[b] - nodes.y[a - ONE]
-        fz = nodes.z[b] - nodes.z[a - ONE]
-        gx = nodes.x[b - ONE] - nodes.x[a]
-        gy = nodes.y[b - ONE] - nodes.y[a]
-        gz = nodes.z[b - ONE] - nodes.z[a]
-        sx = (nodes.x[b] - nodes.x[b - ONE]) - (nodes.x[a] - nodes.x[a - ONE])
-        sy = (nodes.y[b] - nodes.y[b - ONE]) - (nodes.y[a] - nodes.y[a - ONE])
-        sz = (nodes.z[b] - nodes.z[b - ONE]) - (nodes.z[a] - nodes.z[a - ONE])
-        nx = (dy * ez - dz * ey + fy * gz - fz * gy) * 0.125
-        ny = (dz * ex - dx * ez + fz * gx - fx * gz) * 0.125
-        nz = (dx * ey - dy * ex + fx * gy - fy * gx) * 0.125
-        area.x[c] += nx + (ey * tz - ez * ty + fy * sz - fz * sy) * TWIST
-        area.y[c] += ny + (ez * tx - ex * tz + fz * sx - fx * sz) * TWIST
-        area.z[c] += nz + (ex * ty - ey * tx + fx * sy - fy * sx) * TWIST
-        area_above.x[c] += nx - (dy * tz - dz * ty + gy * sz - gz * sy) * TWIST
-        area_above.y[c] += ny - (dz * tx - dx * tz + gz * sx - gx * sz) * TWIST
-        area_above.z[c] += nz - (dx * ty - dy * tx + gx * sy - gy * sx) * TWIST
+    gx, gy, gz, hx, hy, hz = generatrix.x, generatrix.y, generatrix.z, hoop.x, hoop.y, hoop.z
+    for j in range(lanes(columns)):
+        a = above + j
+        b = below + j
+        r = row + j
+        u = row_above + j
+        d = row_below + j
+        # Hoop edges to the left and right of the node, twice, with those above (u) and below it (d).
+        sx, sy, sz = hx[r - ONE] + hx[r], hy[r - ONE] + hy[r], hz[r - ONE] + hz[r]
+        ux, uy, uz = sx + sx + hx[u - ONE] + hx[u], sy + sy + hy[u - ONE] + hy[u], sz + sz + hz[u - ONE] + hz[u]
+        dx, dy, dz = sx + sx + hx[d - ONE] + hx[d], sy + sy + hy[d - ONE] + hy[d], sz + sz + hz[d - ONE] + hz[d]
+        # Those above less those below, to the right (r) and to the left (l).
+        rx, ry, rz = hx[u] - hx[d], hy[u] - hy[d], hz[u] - hz[d]
+        lx, ly, lz = hx[u - ONE] - hx[d - ONE], hy[u - ONE] - hy[d - ONE], hz[u - ONE] - hz[d - ONE]
+        x = uy * gz[a] - uz * gy[a] + dy * gz[b] - dz * gy[b]
+        y = uz * gx[a] - ux * gz[a] + dz * gx[b] - dx * gz[b]
+        z = ux * gy[a] - uy * gx[a] + dx * gy[b] - dy * gx[b]
+        x += hy[r] * rz - hz[r] * ry - (hy[r - ONE] * lz - hz[r - ONE] * ly)
+        y += hz[r] * rx - hx[r] * rz - (hz[r - ONE] * lx - hx[r - ONE] * lz)
+        z += hx[r] * ry - hy[r] * rx - (hx[r - ONE] * ly - hy[r - ONE] * lx)
+        area.x[FIRST + j] = TWELFTH * x
+        area.y[FIRST + j] = TWELFTH * y
+        area.z[FIRST + j] = TWELFTH * z
+
+
+@kernel
+def clear_edges(edges, edge, columns):
+    """Set a row of edges from column -1 on to no length and no force: one beyond a cover. Writes edges.x, y, z, force."""
+    for j in range(lanes(columns + 1)):
+        c = edge - ONE + j
+        edges.x[c] = 0.0
+        edges.y[c] = 0.0
+        edges.z[c] = 0.0
+    clear_forces(edges, edge, columns)
+
+
+@kernel
+def clear_forces(edges, edge, columns):
+    """Set the forces of a row of edges from column -1 on to zero: hoops held by a cover. Writes edges.force."""
+    for j in range(lanes(columns + 1)):
+        edges.force[edge - ONE + j] = 0.0

@@ -8,26 +8,42 @@ without reordering, and no digit depends on how.
 from numba import uint64
 
 from softbrake.kernels.jit import kernel
+from softbrake.kernels.rows import lanes
 
 ONE = uint64(1)
 
 
 @kernel
-def add_edge_work(edges, mean, elastic, viscous, edge, start, end, dt, columns):
-    """Add the work of a row of edges, fabric or belt, on the nodes at their starts and ends.
+def add_edge_work(generatrix, hoop, mean, elastic, viscous, below, row, edge, dt, columns):
+    """Add the work of the generatrix edges below a row, and of the row's hoop edges, on the nodes at their starts and ends.
 
-    Reads edges.x, y, z, force, elastic at offset edge; mean (m/s) at offsets start, end; dt (s).
-    Writes elastic, viscous (J), (n2,).
+    Reads generatrix.x, y, z, force, elastic at offset below, hoop at edge; mean (m/s) at offsets below, row; dt (s).
+    Writes elastic, viscous (J), by column.
     """
-    for j in range(uint64(columns)):
+    for j in range(lanes(columns)):
+        a = below + j
+        b = row + j
         c = edge + j
-        a = start + j
-        b = end + j
-        closing = dt * (
-            edges.x[c] * (mean.x[a] - mean.x[b]) + edges.y[c] * (mean.y[a] - mean.y[b]) + edges.z[c] * (mean.z[a] - mean.z[b])
-        )
-        elastic[j] += edges.elastic[c] * closing
-        viscous[j] += (edges.force[c] - edges.elastic[c]) * closing
+        short_x, short_y, short_z = mean.x[a] - mean.x[b], mean.y[a] - mean.y[b], mean.z[a] - mean.z[b]
+        narrow_x, narrow_y, narrow_z = mean.x[b] - mean.x[b + ONE], mean.y[b] - mean.y[b + ONE], mean.z[b] - mean.z[b + ONE]
+        shorter = generatrix.x[a] * short_x + generatrix.y[a] * short_y + generatrix.z[a] * short_z
+        narrower = hoop.x[c] * narrow_x + hoop.y[c] * narrow_y + hoop.z[c] * narrow_z
+        returned = generatrix.elastic[a] * shorter + hoop.elastic[c] * narrower
+        whole = generatrix.force[a] * shorter + hoop.force[c] * narrower
+        elastic[j] += dt * returned
+        viscous[j] += dt * (whole - returned)
+
+
+@kernel
+def add_belt_work(belt, mean, elastic, viscous, row, edge, dt, columns):
+    """Add the work of a belt, as add_edge_work does that of a row of hoop edges."""
+    for j in range(lanes(columns)):
+        b = row + j
+        c = edge + j
+        narrow_x, narrow_y, narrow_z = mean.x[b] - mean.x[b + ONE], mean.y[b] - mean.y[b + ONE], mean.z[b] - mean.z[b + ONE]
+        narrower = dt * (belt.x[c] * narrow_x + belt.y[c] * narrow_y + belt.z[c] * narrow_z)
+        elastic[j] += belt.elastic[c] * narrower
+        viscous[j] += (belt.force[c] - belt.elastic[c]) * narrower
 
 
 @kernel
@@ -36,7 +52,7 @@ def add_cell_work(generatrix, hoop, cells, mean, elastic, viscous, edge, lower_h
 
     Reads the edges and cells as add_cell_forces does, mean (m/s) at offsets lower, upper. Writes elastic, viscous (J), (n2,).
     """
-    for j in range(uint64(columns)):
+    for j in range(lanes(columns)):
         g = edge + j
         a = lower_hoop + j
         b = upper_hoop + j
@@ -59,7 +75,7 @@ def add_cell_work(generatrix, hoop, cells, mean, elastic, viscous, edge, lower_h
 @kernel
 def add_shear_work(generatrix, hoop, cells, mean, elastic, edge, lower_hoop, upper_hoop, cell, lower, upper, dt, columns):
     """Add the work of T12 of one row of cells on their corners. Reads as add_cell_work. Writes elastic (J), (n2,)."""
-    for j in range(uint64(columns)):
+    for j in range(lanes(columns)):
         g = edge + j
         a = lower_hoop + j
         b = upper_hoop + j
@@ -91,7 +107,7 @@ def add_cargo_work(work, by_column, gas, weight, mass, between, after, dt):
 def update_top(edges, edge, top, row, columns):
     """Update the largest tension of the step by column, and the row where it stands. Reads edges.tension at offset edge."""
     tension, largest, where = edges.tension, top.tension, top.row
-    for j in range(uint64(columns)):
+    for j in range(lanes(columns)):
         larger = tension[edge + j] > largest[j]
         largest[j] = tension[edge + j] if larger else largest[j]
         where[j] = row if larger else where[j]

@@ -99,6 +99,15 @@ def folded(nodes, a, b, stride):
 
 
 @kernel
+def any_folded(nodes, a, b, stride, columns):
+    """Return whether the cloth folds over the belt anywhere between two rows next to it: see folded."""
+    some = 0
+    for j in range(uint64(columns)):
+        some |= int(folded(nodes, a + j, b + j, stride))
+    return some > 0
+
+
+@kernel
 def part_lobes(nodes, work, by_column, lobes, ground, sector, mass, length, stride, n1, columns):
     """Keep the sub-regions G1 below and G2 above each belt out of one another. Condition (2.5).
 
@@ -115,6 +124,8 @@ def part_lobes(nodes, work, by_column, lobes, ground, sector, mass, length, stri
     for k in range(lobes.below.size):
         row_1, row_2 = lobes.below[k], lobes.above[k]
         start_1, start_2 = uint64(row_1) * stride + FIRST, uint64(row_2) * stride + FIRST
+        if not any_folded(nodes, start_1, start_2, stride, columns):
+            continue
         moved = 0
         loose = row_1 > 1 and row_2 < n1 - 1  # N1 and N2 are free as well
         for j in range(uint64(columns)):
@@ -142,7 +153,11 @@ def part_lobes(nodes, work, by_column, lobes, ground, sector, mass, length, stri
 
 @kernel
 def part_meridian_lobes(nodes, meridian, lobes, ground, mass, length, n1):
-    """Keep the lobes of the axisymmetric shell apart at each belt, as part_lobes does. Condition (2.5). Books nothing."""
+    """Keep the lobes of the axisymmetric shell apart at each belt, as part_lobes does. Condition (2.5). Books nothing.
+
+    Writes nodes, meridian.impulse (N s). Returns whether any were kept.
+    """
+    moved = 0
     for k in range(lobes.below.size):
         a, b = uint64(lobes.below[k]), uint64(lobes.above[k])
         if not folded(nodes, a, b, ONE):
@@ -154,9 +169,11 @@ def part_meridian_lobes(nodes, meridian, lobes, ground, mass, length, n1):
             continue
         cx, cz = (x2 - x1) / sqrt(square), (z2 - z1) / sqrt(square)
         touch = part_nodes(nodes, meridian, meridian, ground, a, b, a, mass[a], mass[b], length, cx, 0.0, cz)
+        moved |= touch
         if touch > 0 and a > 1 and b < n1 - 1 and min(bend(nodes, a, ONE, x1, 0.0, z1), bend(nodes, b, ONE, x2, 0.0, z2)) <= 0.0:
             a, b = a - ONE, b + ONE
             part_nodes(nodes, meridian, meridian, ground, a, b, a, mass[a], mass[b], length, cx, 0.0, cz)
+    return moved
 
 
 @kernel

@@ -9,7 +9,7 @@ from math import inf, sqrt
 from numba import uint64
 
 from softbrake.kernels.contact import GAP, allowed_place, foresee, shift, slowed
-from softbrake.kernels.course import begin_step, choose_step, end_step, raise_peak, record
+from softbrake.kernels.course import begin_step, choose_step, end_step, raise_peak, ran_away, record
 from softbrake.kernels.folds import part_meridian, watch_meridian, window_of
 from softbrake.kernels.geometry import SMALLEST_SQUARE
 from softbrake.kernels.jit import kernel
@@ -17,7 +17,7 @@ from softbrake.kernels.lobes import part_meridian_lobes
 from softbrake.kernels.motion import push_cargo
 from softbrake.kernels.pressure import pressure_at, update_damped_pressure
 from softbrake.kernels.timestep import along, joined, largest, rate_of
-from softbrake.state import PAD, History, Outcome, Peak
+from softbrake.state import PAD, FoldCount, History, Outcome, Peak
 
 ONE = uint64(1)
 FIRST = uint64(PAD)
@@ -25,7 +25,7 @@ FIRST = uint64(PAD)
 
 @kernel
 def sweep_meridian(model, state, meridian, dt, length):
-    """Advance fabric and cargo by one step. Returns the cover's new height (m).
+    """Advance fabric and cargo by one step. Returns the cover's new height (m) and whether tensions are higher than ever.
 
     dt: from n-1/2 to n+1/2; length: from n to n+1 (s). The one column moves its share of the cargo; state.now has the whole
     shell's forces.
@@ -48,19 +48,23 @@ def sweep_meridian(model, state, meridian, dt, length):
     else:
         for i in range(uint64(n1 + 1)):
             meridian.pressure[i] = pressure
-    near = push_meridian(fabric, nodes, meridian, contact, step, mass, side, n1)  # (2.8), (2.9), (3.4)
+    near = push_meridian(fabric, nodes, meridian, work, contact, step, mass, side, n1)  # (2.8), (2.9), (3.4)
+    moved = near
     if contact.friction > 0.0:
         rub_meridian(nodes, meridian, contact, mass, length, n1)
+        moved = 1
     impulse = 0.0
     if near != 0:
         impulse = press_meridian(nodes, meridian, contact, step, mass, n1)
-    part_meridian_lobes(nodes, meridian, model.lobes, contact.ground, mass, length, n1)  # (2.5)
+    moved |= part_meridian_lobes(nodes, meridian, model.lobes, contact.ground, mass, length, n1)  # (2.5)
     lift = 0.0
-    if contact.folds == 1:
+    if contact.folds == 1 and state.folds.counts[FoldCount.DUE] == 1:
         part_meridian(model, nodes, meridian, state.folds, step)
         impulse += state.folds.impulse[0]
         lift = state.folds.impulse[1]
-    add_node_work(nodes, meridian, work, step, mass, n1)
+        moved = 1
+    if moved != 0:
+        add_contact_work(nodes, meridian, work, step, mass, n1)
 
     below = uint64(n1 - 1)
     pull = meridian.force[below] * meridian.z[below]
@@ -73,7 +77,6 @@ def sweep_meridian(model, state, meridian, dt, length):
     nodes.z[top] = height
     nodes.w[top] = velocity
     meridian.mean_w[top] = mean
-    meridian.kinetic[top] = 0.5 * moving * velocity * velocity
     work.pressure[top] += dt * (gas_on_cover + gas) * mean
     work.gravity[top] -= dt * model.gravity * moving * mean
     work.contact[top] += impulse * mean
@@ -83,8 +86,7 @@ def sweep_meridian(model, state, meridian, dt, length):
     on_ground = gas_on_cover - meridian.pressure[0] * meridian.area.z[FIRST] - meridian.force[0] * meridian.z[0]
     now[History.GROUND_FORCE] = columns * (on_ground + mass[0] * model.gravity + lift / dt)
     now[History.GROUND_AREA] = columns * model.cover_area
-    book_forces(now, state.peaks, meridian, columns, dt, n1)
-    return height
+    return height, raise_peaks(now, state.peaks, meridian, n1)
 
 
 @kernel
@@ -161,12 +163,13 @@ def pull_belts(belts, fabric, nodes, meridian, side):
 
 
 @kernel
-def push_meridian(fabric, nodes, meridian, contact, step, mass, side, n1):
+def push_meridian(fabric, nodes, meridian, work, contact, step, mass, side, n1):
     """Push the free nodes from n to n+1, the ground stopping them. Eqs. (2.9), (2.8), (3.2), (3.4).
 
     T22 stands at the nodes, e11 the mean of the two edges; of a node that has passed the axis the hoop is turned inside out.
-    Reads edges, areas, pressure and belts of meridian; mass (kg). Writes nodes; meridian.tension_2 (N/m), hoop and hoop_elastic
-    (N), mean_u, mean_w, free_u, free_w (m/s), lift (N s). Returns whether some node came near to cover, cargo or axis.
+    Reads edges, areas, pressure and belts of meridian; mass (kg). Writes nodes; what gas, weight, ground and hoops work over the
+    means of the velocities, as if no other contact followed; meridian.tension_2 (N/m), hoop and hoop_elastic (N), mean_u, mean_w,
+    free_u, free_w (m/s), lift (N s). Returns whether some node came near to cover, cargo or axis.
     """
     x, z, u, w = nodes.x, nodes.z, nodes.u, nodes.w
     dx, dz, e, force, on_node, belt = meridian.x, meridian.z, meridian.e, meridian.force, meridian.pressure, meridian.belt_force
@@ -175,7 +178,10 @@ def push_meridian(fabric, nodes, meridian, contact, step, mass, side, n1):
     weight = dt * step.gravity
     per_length = 1.0 / length
     per_2 = side / fabric.h2
-    touching = int((contact.cover == 1 or contact.cargo == 1) and step.next_cover > 0.0)  # else on the ground before that
+    touching = (contact.cover == 1 or contact.cargo == 1) and step.next_cover > 0.0  # else on the ground before that
+    highest = step.next_cover - step.gap if touching else inf
+    highest_before = step.cover - step.gap if touching else inf
+    least = GAP if contact.axis == 1 else -inf
     near = 0
     for i in range(ONE, uint64(n1)):
         b = i - ONE
@@ -193,18 +199,27 @@ def push_meridian(fabric, nodes, meridian, contact, step, mass, side, n1):
         new_u = u[i] + per_mass * force_x
         free = w[i] + per_mass * force_z - weight
         new_w = max(free, (ground - z[i]) * per_length)
+        mean_u = 0.5 * (u[i] + new_u)
+        mean_w = 0.5 * (w[i] + new_w)
+        lift = mass[i] * (new_w - free)
+        hoop_elastic = elastic * inwards
+        work.pressure[i] += dt * (on_node[i] * (area_x[FIRST + i] * mean_u + area_z[FIRST + i] * mean_w))
+        work.gravity[i] -= weight * mass[i] * mean_w
+        work.ground[i] += lift * mean_w
+        work.elastic[i] -= dt * hoop_elastic * mean_u
+        work.viscous[i] -= dt * (tension * inwards - hoop_elastic) * mean_u
         meridian.tension_2[i] = tension
         meridian.hoop[i] = tension * inwards
-        meridian.hoop_elastic[i] = elastic * inwards
-        meridian.lift[i] = mass[i] * (new_w - free)
-        meridian.mean_u[i] = 0.5 * (u[i] + new_u)
-        meridian.mean_w[i] = 0.5 * (w[i] + new_w)
+        meridian.hoop_elastic[i] = hoop_elastic
+        meridian.lift[i] = lift
+        meridian.mean_u[i] = mean_u
+        meridian.mean_w[i] = mean_w
         meridian.free_u[i] = new_u
         meridian.free_w[i] = new_w
+        meridian.impulse[i] = 0.0
         new_x = x[i] + length * new_u
         new_z = max(z[i] + length * new_w, ground)
-        near |= touching & (int(new_z > step.next_cover - step.gap) | int(z[i] > step.cover - step.gap))
-        near |= contact.axis & int(new_x < GAP)
+        near |= int(new_z > highest) | int(z[i] > highest_before) | int(new_x < least)
         x[i] = new_x
         z[i] = new_z
         u[i] = new_u
@@ -250,26 +265,24 @@ def press_meridian(nodes, meridian, contact, step, mass, n1):
 
 
 @kernel
-def add_node_work(nodes, meridian, work, step, mass, n1):
-    """Add what gas, weight, ground, hoops and contact work on the free nodes, over the means of their velocities.
+def add_contact_work(nodes, meridian, work, step, mass, n1):
+    """Add the work of what changed the pushed velocities (free_u, free_w), and what the other forces work by it.
 
-    What contact changed of the pushed velocities (free_u, free_w) belongs to the step: half of it is in the means, by which the
-    other forces work. Writes work, meridian.kinetic (J), mean_u, mean_w (m/s).
+    The change belongs to the step: half of it is in the means of the velocities. Writes work, meridian.mean_u, mean_w (m/s).
     """
     dt, weight = step.dt, step.dt * step.gravity
     for i in range(ONE, uint64(n1)):
-        u, w = nodes.u[i], nodes.w[i]
-        jump_u, jump_w = u - meridian.free_u[i], w - meridian.free_w[i]
-        mean_u = meridian.mean_u[i] + 0.5 * jump_u
-        mean_w = meridian.mean_w[i] + 0.5 * jump_w
-        gas = meridian.pressure[i] * (meridian.area.x[FIRST + i] * mean_u + meridian.area.z[FIRST + i] * mean_w)
+        jump_u, jump_w = nodes.u[i] - meridian.free_u[i], nodes.w[i] - meridian.free_w[i]
+        half_u, half_w = 0.5 * jump_u, 0.5 * jump_w
+        mean_u = meridian.mean_u[i] + half_u
+        mean_w = meridian.mean_w[i] + half_w
+        gas = meridian.pressure[i] * (meridian.area.x[FIRST + i] * half_u + meridian.area.z[FIRST + i] * half_w)
         work.pressure[i] += dt * gas
-        work.gravity[i] -= weight * mass[i] * mean_w
-        work.ground[i] += meridian.lift[i] * mean_w
-        work.elastic[i] -= dt * meridian.hoop_elastic[i] * mean_u
-        work.viscous[i] -= dt * (meridian.hoop[i] - meridian.hoop_elastic[i]) * mean_u
+        work.gravity[i] -= weight * mass[i] * half_w
+        work.ground[i] += meridian.lift[i] * half_w
+        work.elastic[i] -= dt * meridian.hoop_elastic[i] * half_u
+        work.viscous[i] -= dt * (meridian.hoop[i] - meridian.hoop_elastic[i]) * half_u
         work.contact[i] += mass[i] * (jump_u * mean_u + jump_w * mean_w)
-        meridian.kinetic[i] = 0.5 * mass[i] * (u * u + w * w)
         meridian.mean_u[i] = mean_u
         meridian.mean_w[i] = mean_w
 
@@ -296,14 +309,43 @@ def add_belt_work(meridian, work, dt):
 
 
 @kernel
-def book_forces(now, peaks, meridian, columns, dt, n1):
-    """Write the largest tensions of the step, the ground's impulse on the fabric and its area to now; raise the peaks."""
+def raise_peaks(now, peaks, meridian, n1):
+    """Raise the peaks to those of the step. Reads now, meridian's tensions. Returns whether the fabric's are raised.
+
+    Whether one is higher than all before it is asked of all nodes at once; its row is looked for in the few steps in which it is.
+    """
+    time, most_1, most_2 = now[History.TIME], peaks[Peak.TENSION_GENERATRIX, 0], peaks[Peak.TENSION_HOOP, 0]
+    tension_1, tension_2 = meridian.tension_1, meridian.tension_2
+    higher_1, higher_2 = 0, 0
+    for i in range(uint64(n1)):
+        higher_1 |= int(tension_1[i] > most_1)
+        higher_2 |= int(tension_2[i] > most_2)
+    if higher_1 != 0:
+        raise_peak_of(peaks, Peak.TENSION_GENERATRIX, tension_1, n1, time, 0.5)
+    if higher_2 != 0:
+        raise_peak_of(peaks, Peak.TENSION_HOOP, tension_2, n1, time, 0.0)
+    for k in range(meridian.belt_rows.size):
+        row = meridian.belt_rows[k]
+        raise_peak(peaks, Peak.TENSION_BELT, meridian.belt_tension[row], time, float(row))
+    raise_peak(peaks, Peak.DECELERATION, now[History.ACCELERATION], time, float(n1))
+    return higher_1 | higher_2
+
+
+@kernel
+def raise_peak_of(peaks, which, tension, count, time, shift):
+    """Keep the largest of some tensions (N/m), the first of equal ones, with its time (s) and row, shift above its index."""
+    for i in range(count):
+        raise_peak(peaks, which, tension[i], time, i + shift)
+
+
+@kernel
+def book_forces(now, meridian, columns, dt, n1):
+    """Write the largest tensions of the step to now, and add the ground's impulse on the fabric and its area there."""
     largest_1, largest_2, largest_belt, lift, area = 0.0, 0.0, 0.0, 0.0, 0.0
     for i in range(uint64(n1)):
         largest_1 = max(largest_1, meridian.tension_1[i])
         largest_2 = max(largest_2, meridian.tension_2[i])
         lift += meridian.lift[i] + meridian.impulse[i]
-        meridian.impulse[i] = 0.0
         area -= min(meridian.area.z[FIRST + i], 0.0) if meridian.lift[i] > 0.0 else 0.0
     for k in range(meridian.belt_rows.size):
         largest_belt = max(largest_belt, meridian.belt_tension[meridian.belt_rows[k]])
@@ -312,28 +354,17 @@ def book_forces(now, peaks, meridian, columns, dt, n1):
     now[History.TENSION_GENERATRIX] = largest_1
     now[History.TENSION_HOOP] = largest_2
     now[History.TENSION_BELT] = largest_belt
-    raise_peak_of(peaks, Peak.TENSION_GENERATRIX, largest_1, now[History.TIME], meridian.tension_1, 0.5)
-    raise_peak_of(peaks, Peak.TENSION_HOOP, largest_2, now[History.TIME], meridian.tension_2, 0.0)
-    raise_peak_of(peaks, Peak.TENSION_BELT, largest_belt, now[History.TIME], meridian.belt_tension, 0.0)
-    raise_peak(peaks, Peak.DECELERATION, now[History.ACCELERATION], now[History.TIME], float(n1))
 
 
 @kernel
-def raise_peak_of(peaks, which, largest, time, tension, shift):
-    """Keep the largest of some tensions (N/m) with its time (s) and row, shift above its index, if it is the largest so far."""
-    if largest > peaks[which, 0]:
-        row = 0
-        while tension[row] != largest:
-            row += 1
-        raise_peak(peaks, which, largest, time, row + shift)
-
-
-@kernel
-def book_meridian(now, work, meridian, columns, dt, n1):
+def book_energies(model, nodes, work, now):
     """Write kinetic energy and works of all columns at n+1/2 to now, for the row of time n+1."""
-    kinetic, pressure, elastic, viscous, belts, gravity, ground, contact = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
+    n1, columns, mass, top = model.n1, model.sector.copies, model.mass, uint64(model.n1)
+    kinetic = 0.5 * (model.cargo_mass + mass[top]) * nodes.w[top] * nodes.w[top]
+    pressure, elastic, viscous, belts, gravity, ground, contact = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
+    for i in range(ONE, top):
+        kinetic += 0.5 * mass[i] * (nodes.u[i] * nodes.u[i] + nodes.w[i] * nodes.w[i])
     for i in range(uint64(n1 + 1)):
-        kinetic += meridian.kinetic[i]
         pressure += work.pressure[i]
         elastic += work.elastic[i]
         viscous += work.viscous[i]
@@ -380,7 +411,6 @@ def stable_step_of_meridian(model, nodes, meridian):
         square = t1 + joined(max(k1 - t1, 0.0), k2, (sqrt(lean) + coupling) ** 2)
         skew[i] = lean
         rate = rate_of(model, by_row, i, square, joined(damping_1, damping_2, lean))
-        rate = rate_of(model, by_row, i, square, joined(damping_1, damping_2, lean))
         by_row.rate[i] = rate
         meridian.force[i] = rate
     return 2.0 / largest(meridian.force, ONE, n1 - 1)
@@ -388,26 +418,39 @@ def stable_step_of_meridian(model, nodes, meridian):
 
 @kernel
 def advance_meridian(model, state, meridian, history, interval, most, until):
-    """Advance the axisymmetric shell as advance does the rows. Returns the rows of history and the Outcome."""
-    now, work, n1, columns = state.now, state.work, model.n1, model.sector.copies
-    rows = 0
-    done = 0
-    while done < most and now[History.TIME] < until and rows + 1 < history.shape[0]:
-        if state.steps[0] >= state.choice[0]:
+    """Advance the axisymmetric shell as advance does the rows. Returns the rows of history and the Outcome.
+
+    Sums over the nodes are taken where they are needed only: for a row of the history, at the end, and for end_step to see a
+    divergence, when a step is chosen and when tensions are higher than ever, as in a divergence they are.
+    """
+    now, n1, columns = state.now, model.n1, model.sector.copies
+    rows, done, recorded, dt, outcome = 0, 0, False, 1.0, Outcome.RUNNING
+    while outcome == Outcome.RUNNING and done < most and now[History.TIME] < until and rows + 1 < history.shape[0]:
+        recorded = state.steps[0] % interval == 0
+        chosen = state.steps[0] >= state.choice[0]
+        if chosen:
             choose_step(state, stable_step_of_meridian(model, state.nodes, meridian))  # (3.3)
             if model.contact.folds == 1:
                 window = window_of(model.courant * state.stable_step[0])
                 longest = watch_meridian(state.nodes, state.folds, n1, model.fabric.h1, window)
                 state.stable_step[0] = min(state.stable_step[0], longest / model.courant)
         length, dt = begin_step(model, state)
-        height = sweep_meridian(model, state, meridian, dt, length)
-        if state.steps[0] % interval == 0:
+        height, raised = sweep_meridian(model, state, meridian, dt, length)
+        if recorded:
+            book_forces(now, meridian, columns, dt, n1)
             record(history, rows, now)
             rows += 1
-        book_meridian(now, work, meridian, columns, dt, n1)
+        if chosen or raised != 0 or (state.steps[0] + 1) % interval == 0:
+            book_energies(model, state.nodes, state.work, now)
         outcome = end_step(model, state, length, height)
         done += 1
-        if outcome != Outcome.RUNNING:
-            record(history, rows, now)
-            return rows + 1, outcome
-    return rows, Outcome.RUNNING
+    if done > 0:
+        if not recorded:
+            book_forces(now, meridian, columns, dt, n1)
+        book_energies(model, state.nodes, state.work, now)
+    if outcome != Outcome.RUNNING:
+        if ran_away(model, state):
+            outcome = Outcome.DIVERGED
+        record(history, rows, now)
+        rows += 1
+    return rows, outcome

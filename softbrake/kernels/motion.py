@@ -3,6 +3,7 @@
 from numba import uint64
 
 from softbrake.kernels.jit import kernel
+from softbrake.kernels.rows import lanes
 from softbrake.state import PAD, History
 
 ONE = uint64(1)
@@ -13,33 +14,26 @@ FIRST = uint64(PAD)
 def push_row(nodes, force, area, pressure, mean, work, by_column, contact, step, mass, node, row, columns):
     """Push a row of free nodes from n to n+1, the ground stopping them. Eqs. (3.2), (3.4).
 
-    V^{n+1/2} = V^{n-1/2} + dt (force + pressure area)/mass - dt g;  x^{n+1} = x^n + length V^{n+1/2}; where z^{n+1} would be
-    below the ground its impulse leaves z^{n+1} = ground.
+    V^{n+1/2} = V^{n-1/2} + dt (force + pressure area)/mass - dt g;  x^{n+1} = x^n + length V^{n+1/2}.
     Reads force (N), area (m^2), pressure (Pa) of the row; step: a Step; mass (kg) of a node.
     Writes nodes at offset node with the copies at both ends of the row; mean at offset row; by_column; work.
     """
-    dt, length, ground = step.dt, step.length, contact.ground
-    per_mass = dt / mass
-    weight = dt * step.gravity
-    per_length = 1.0 / length
-    for j in range(uint64(columns)):
+    dt, length = step.dt, step.length
+    per_mass, half = dt / mass, 0.5 * dt / mass
+    weight = step.gravity * mass
+    for j in range(lanes(columns)):
         a = node + j
         b = FIRST + j
         c = row + j
-        u = nodes.u[a] + per_mass * (force.x[b] + pressure[j] * area.x[b])
-        v = nodes.v[a] + per_mass * (force.y[b] + pressure[j] * area.y[b])
-        free = nodes.w[a] + per_mass * (force.z[b] + pressure[j] * area.z[b]) - weight
-        w = max(free, (ground - nodes.z[a]) * per_length)
-        mean_u = 0.5 * (nodes.u[a] + u)
-        mean_v = 0.5 * (nodes.v[a] + v)
-        mean_w = 0.5 * (nodes.w[a] + w)
-        work.pressure[j] += dt * pressure[j] * (area.x[b] * mean_u + area.y[b] * mean_v + area.z[b] * mean_w)
-        work.gravity[j] -= weight * mass * mean_w
-        work.ground[j] += mass * (w - free) * mean_w
-        by_column.lift[j] = mass * (w - free)
-        by_column.impulse[j] += mass * (w - free)
-        by_column.on_ground[j] -= min(area.z[b], 0.0) if w > free else 0.0
+        gas_x, gas_y, gas_z = pressure[j] * area.x[b], pressure[j] * area.y[b], pressure[j] * area.z[b]
+        force_x, force_y, force_z = force.x[b] + gas_x, force.y[b] + gas_y, force.z[b] + gas_z - weight
+        mean_u, u = nodes.u[a] + half * force_x, nodes.u[a] + per_mass * force_x
+        mean_v, v = nodes.v[a] + half * force_y, nodes.v[a] + per_mass * force_y
+        mean_w, w = nodes.w[a] + half * force_z, nodes.w[a] + per_mass * force_z
+        work.pressure[j] += dt * (gas_x * mean_u + gas_y * mean_v + gas_z * mean_w)
+        work.gravity[j] -= dt * weight * mean_w
         by_column.kinetic[j] += 0.5 * mass * (u * u + v * v + w * w)
+        by_column.lift[j] = 0.0
         mean.x[c] = mean_u
         mean.y[c] = mean_v
         mean.z[c] = mean_w
@@ -48,10 +42,46 @@ def push_row(nodes, force, area, pressure, mean, work, by_column, contact, step,
         nodes.w[a] = w
         nodes.x[a] += length * u
         nodes.y[a] += length * v
-        nodes.z[a] = max(nodes.z[a] + length * w, ground)
+        nodes.z[a] += length * w
+    if any_below(nodes.z, contact.ground, node, columns):
+        land_row(nodes, area, pressure, mean, work, by_column, contact.ground, step, mass, node, row, columns)
     close_nodes(nodes, step.sector, node, columns)
     turn_row(mean.x, mean.y, step.sector, row, columns)
     close_row(mean.z, row, columns)
+
+
+@kernel
+def any_below(z, ground, node, columns):
+    """Return whether a node of a row is below the ground (m)."""
+    below = 0
+    for j in range(uint64(columns)):
+        below |= int(z[node + j] < ground)
+    return below > 0
+
+
+@kernel
+def land_row(nodes, area, pressure, mean, work, by_column, ground, step, mass, node, row, columns):
+    """Stop a row of pushed nodes at the ground (m): where z^{n+1} would be below it, its impulse leaves it there. Eq. (3.4).
+
+    Reads and writes as push_row, at offsets node, row; by_column.lift (N s).
+    """
+    dt, per_length, weight = step.dt, 1.0 / step.length, step.gravity * mass
+    for j in range(lanes(columns)):
+        a = node + j
+        c = row + j
+        rise = max((ground - nodes.z[a]) * per_length, 0.0)
+        half = 0.5 * rise
+        area_z = area.z[FIRST + j]
+        mean.z[c] += half
+        work.pressure[j] += dt * pressure[j] * area_z * half
+        work.gravity[j] -= dt * weight * half
+        work.ground[j] += mass * rise * mean.z[c]
+        by_column.kinetic[j] += mass * rise * (nodes.w[a] + half)
+        by_column.lift[j] = mass * rise
+        by_column.impulse[j] += mass * rise
+        by_column.on_ground[j] -= min(area_z, 0.0) if rise > 0.0 else 0.0
+        nodes.w[a] += rise
+        nodes.z[a] = max(nodes.z[a], ground)
 
 
 @kernel
@@ -81,9 +111,19 @@ def close_row(values, first, columns):
 
 
 @kernel
+def close_edges(edges, sector, edge, columns):
+    """Close a row of edges: their vectors, and what tensions read of them."""
+    turn_row(edges.x, edges.y, sector, edge, columns)
+    close_row(edges.z, edge, columns)
+    close_row(edges.inverse, edge, columns)
+    close_row(edges.e, edge, columns)
+    close_row(edges.rate, edge, columns)
+
+
+@kernel
 def hold_row(mean, row, columns, velocity):
     """Set the mean velocity (m/s) of a row that moves with its cover. Writes mean at offset row."""
-    for j in range(uint64(columns + 2)):
+    for j in range(lanes(columns + 2)):
         a = row - ONE + j
         mean.x[a] = 0.0
         mean.y[a] = 0.0
@@ -116,6 +156,6 @@ def push_cargo(now, old, step, mass):
 @kernel
 def lift_row(nodes, node, columns, velocity, height):
     """Move the row of fabric on the cover to a height (m) at a velocity (m/s). Writes nodes at offset node."""
-    for j in range(uint64(columns + 2)):
+    for j in range(lanes(columns + 2)):
         nodes.z[node - ONE + j] = height
         nodes.w[node - ONE + j] = velocity

@@ -6,21 +6,21 @@ from softbrake.kernels.contact import any_above, foresee, press_row, rub_row
 from softbrake.kernels.course import begin_step, choose_step, end_step, raise_peak, record
 from softbrake.kernels.fabric import (
     add_cell_forces,
-    add_generatrix_forces,
     add_hoop_forces,
     add_shear_forces,
     update_belt_tension,
     update_cell_tension,
+    update_edge_forces,
     update_generatrix_tension,
     update_hoop_tension,
     update_shear,
 )
 from softbrake.kernels.folds import part_shell, watch_shell, window_of
-from softbrake.kernels.geometry import add_area_vectors, update_edges
+from softbrake.kernels.geometry import clear_edges, clear_forces, update_area_vectors, update_edges
 from softbrake.kernels.jit import kernel
-from softbrake.kernels.ledger import add_cargo_work, add_cell_work, add_edge_work, add_shear_work, update_top
+from softbrake.kernels.ledger import add_belt_work, add_cargo_work, add_cell_work, add_edge_work, add_shear_work, update_top
 from softbrake.kernels.lobes import part_lobes
-from softbrake.kernels.motion import hold_row, lift_row, push_cargo, push_row, vertical_forces
+from softbrake.kernels.motion import close_edges, hold_row, lift_row, push_cargo, push_row, vertical_forces
 from softbrake.kernels.pressure import pressure_at, update_damped_pressure
 from softbrake.kernels.timestep import stable_step
 from softbrake.state import PAD, History, Outcome, Peak, Scheme
@@ -44,12 +44,13 @@ def sweep_rows(model, state, sweep, dt, length):
     fabric, belts, mass, belt_width = model.fabric, model.belts, model.mass, model.belts.width
     nodes, work, now, peaks, folds = state.nodes, state.work, state.now, state.peaks, state.folds
     g, h, belt, cells, mean, on_nodes = sweep.generatrix, sweep.hoop, sweep.belt, sweep.cells, sweep.mean, sweep.pressure
-    force, force_above, area, area_above = sweep.force, sweep.force_above, sweep.area, sweep.area_above
+    force, force_above, area = sweep.force, sweep.force_above, sweep.area
     top_1, top_2, top_belt, by_column = sweep.top_generatrix, sweep.top_hoop, sweep.top_belt, sweep.by_column
     heights, rising, lobes = nodes.z, nodes.w, model.lobes
     elastic, viscous, elastic_belts = work.elastic, work.viscous, work.belts
     edge_scheme = model.scheme == Scheme.EDGE
     shear = fabric.g12 > 0.0
+    corners = shear or not edge_scheme
     damped = model.pressure.damping > 0.0
     pressure = pressure_at(model.pressure, now[History.TIME])  # (2.10)
     now[History.PRESSURE] = pressure
@@ -60,9 +61,11 @@ def sweep_rows(model, state, sweep, dt, length):
     on_nodes[:] = pressure
     height = 0.0
     clear_row(force_above)
-    clear_row(area_above)
     clear_sums(top_1, top_2, top_belt, by_column)
-    update_edges(nodes, h, FIRST - ONE, ONE, FIRST - ONE, n2 + 1, fabric.h2)  # (2.6)
+    update_edges(nodes, h, FIRST, ONE, FIRST, n2, fabric.h2)  # (2.6)
+    close_edges(h, model.sector, FIRST, n2)
+    clear_edges(h, uint64(2) * stride + FIRST, n2)  # below row 0
+    clear_edges(g, stride + FIRST, n2)
     for i in range(n1 + 1):
         node = uint64(i) * stride + FIRST
         row = uint64(i % 2) * stride + FIRST  # of mean velocities, and of the cells and generatrix edges above them
@@ -72,32 +75,42 @@ def sweep_rows(model, state, sweep, dt, length):
         hoop_below = uint64((i + 2) % 3) * stride + FIRST
         inside = 0 < i < n1
 
-        take_row(force, force_above)
-        take_row(area, area_above)
         if i < n1:
-            update_edges(nodes, g, node - ONE, stride, row - ONE, n2 + 2, fabric.h1)  # (2.6)
-            update_edges(nodes, h, node + stride - ONE, ONE, hoop_above - ONE, n2 + 1, fabric.h2)
-            add_area_vectors(nodes, area, area_above, node, stride, n2)  # (2.7)
-            if edge_scheme:
-                update_generatrix_tension(fabric, g, h, row, hoop, hoop_above, n2)  # (2.9)
-                add_generatrix_forces(g, force, force_above, row, n2)  # (2.8)
-            else:
-                update_cell_tension(fabric, g, h, cells, row, hoop, hoop_above, row, n2)  # (2.9)
-                add_cell_forces(g, h, cells, force, force_above, row, hoop, hoop_above, row, n2)  # (3.2)
-                update_top(h, hoop, top_2, i + 0.5, n2)
-            update_top(g, row, top_1, i + 0.5, n2)
-            if shear:
-                update_shear(fabric, g, h, cells, row, hoop, hoop_above, row, n2)
-                add_shear_forces(g, h, cells, force, force_above, row, hoop, hoop_above, row, n2)  # (2.2)
+            update_edges(nodes, h, node + stride, ONE, hoop_above, n2, fabric.h2)  # (2.6)
+            close_edges(h, model.sector, hoop_above, n2)
+            update_edges(nodes, g, node, stride, row, n2, fabric.h1)
+            close_edges(g, model.sector, row, n2)
+        else:
+            clear_edges(h, hoop_above, n2)
+            clear_edges(g, row, n2)
+        update_area_vectors(g, h, area, row, below, hoop, hoop_above, hoop_below, n2)  # (2.7)
 
-        if inside and edge_scheme:
-            update_hoop_tension(fabric, h, g, hoop, below, row, n2)  # (2.9)
-            add_hoop_forces(h, force, hoop, n2)  # (2.8)
-            update_top(h, hoop, top_2, float(i), n2)
+        if edge_scheme:
+            if i < n1:
+                update_generatrix_tension(fabric, g, h, row, hoop, hoop_above, n2)  # (2.9)
+                update_top(g, row, top_1, i + 0.5, n2)
+            if inside:
+                update_hoop_tension(fabric, h, g, hoop, below, row, n2)
+                update_top(h, hoop, top_2, float(i), n2)
+            else:
+                clear_forces(h, hoop, n2)
+            update_edge_forces(g, h, force, row, below, hoop, n2)  # (2.8)
+        else:
+            clear_row(force)
+        if corners:
+            take_row(force, force_above)
+        if i < n1 and not edge_scheme:
+            update_cell_tension(fabric, g, h, cells, row, hoop, hoop_above, row, n2)  # (2.9)
+            update_top(g, row, top_1, i + 0.5, n2)
+            update_top(h, hoop, top_2, i + 0.5, n2)
+            add_cell_forces(g, h, cells, force, force_above, row, hoop, hoop_above, row, n2)  # (3.2)
+        if i < n1 and shear:
+            update_shear(fabric, g, h, cells, row, hoop, hoop_above, row, n2)
+            add_shear_forces(g, h, cells, force, force_above, row, hoop, hoop_above, row, n2)  # (2.2)
         if inside and belt_width[i] > 0.0:
             update_belt_tension(belts, i, h, g, belt, hoop, below, row, n2)  # (2.3)
-            add_hoop_forces(belt, force, FIRST, n2)
             update_top(belt, FIRST, top_belt, float(i), n2)
+            add_hoop_forces(belt, force, FIRST, n2)
         if damped:
             update_damped_pressure(model.pressure, pressure, nodes, area, on_nodes, node, n2)  # (2.11)
 
@@ -116,7 +129,7 @@ def sweep_rows(model, state, sweep, dt, length):
             if contact.folds == 1:
                 part_shell(model, nodes, work, by_column, folds, step, touching)
             tension, gas = vertical_forces(force, area, on_nodes, n2)
-            impulse = total(by_column.on_cargo)
+            impulse = total(by_column.on_cargo, n2)
             now[History.CONTACT_FORCE] = sectors * (impulse / dt)
             now[History.COVER_FORCE] = sectors * (gas_on_cover + gas + tension + impulse / dt)
             moving = model.cargo_mass + n2 * mass[i]
@@ -127,17 +140,15 @@ def sweep_rows(model, state, sweep, dt, length):
             work.contact[0] += impulse * mean.z[row]
 
         if i > 0 and edge_scheme:
-            add_edge_work(g, mean, elastic, viscous, below, below, row, dt, n2)
-        if inside and edge_scheme:
-            add_edge_work(h, mean, elastic, viscous, hoop, row, row + ONE, dt, n2)
+            add_edge_work(g, h, mean, elastic, viscous, below, row, hoop, dt, n2)
         if inside and belt_width[i] > 0.0:
-            add_edge_work(belt, mean, elastic_belts, viscous, FIRST, row, row + ONE, dt, n2)
+            add_belt_work(belt, mean, elastic_belts, viscous, row, FIRST, dt, n2)
         if i > 0 and not edge_scheme:
             add_cell_work(g, h, cells, mean, elastic, viscous, below, hoop_below, hoop, below, below, row, dt, n2)
         if i > 0 and shear:
             add_shear_work(g, h, cells, mean, elastic, below, hoop_below, hoop, below, below, row, dt, n2)
-    book_forces(now, peaks, top_1, top_2, top_belt, by_column, n1, dt, sectors)
-    now[History.GROUND_AREA] = sectors * (model.cover_area + total(by_column.on_ground))
+    book_forces(now, peaks, top_1, top_2, top_belt, by_column, n1, n2, dt, sectors)
+    now[History.GROUND_AREA] = sectors * (model.cover_area + total(by_column.on_ground, n2))
     return height
 
 
@@ -151,11 +162,11 @@ def clear_row(rows):
 
 @kernel
 def take_row(rows, above):
-    """Start a row of node vectors with what the cells below it gave, and the next one with zero."""
+    """Add to a row of node vectors what the cells below it gave, and start the next one from zero."""
     for j in range(uint64(rows.x.size)):
-        rows.x[j] = above.x[j]
-        rows.y[j] = above.y[j]
-        rows.z[j] = above.z[j]
+        rows.x[j] += above.x[j]
+        rows.y[j] += above.y[j]
+        rows.z[j] += above.z[j]
         above.x[j] = 0.0
         above.y[j] = 0.0
         above.z[j] = 0.0
@@ -174,19 +185,19 @@ def clear_sums(top_1, top_2, top_belt, by_column):
 
 
 @kernel
-def total(by_column):
+def total(by_column, columns):
     """Return the sum over the columns; written out, since compiling NumPy's sum costs a second."""
     result = 0.0
-    for value in by_column:
-        result += value
+    for j in range(uint64(columns)):
+        result += by_column[j]
     return result
 
 
 @kernel
-def book_top(now, peaks, top, column, which):
+def book_top(now, peaks, top, columns, column, which):
     """Write the largest tension of the step (N/m) to a column of now, and raise its peak."""
     largest = 0
-    for j in range(top.tension.size):
+    for j in range(columns):
         if top.tension[j] > top.tension[largest]:
             largest = j
     now[column] = top.tension[largest]
@@ -194,26 +205,26 @@ def book_top(now, peaks, top, column, which):
 
 
 @kernel
-def book_forces(now, peaks, top_1, top_2, top_belt, by_column, n1, dt, sectors):
+def book_forces(now, peaks, top_1, top_2, top_belt, by_column, n1, columns, dt, sectors):
     """Write the largest tensions of the step and the ground's impulse on the fabric to now, and raise the peaks."""
-    book_top(now, peaks, top_1, History.TENSION_GENERATRIX, Peak.TENSION_GENERATRIX)
-    book_top(now, peaks, top_2, History.TENSION_HOOP, Peak.TENSION_HOOP)
-    book_top(now, peaks, top_belt, History.TENSION_BELT, Peak.TENSION_BELT)
+    book_top(now, peaks, top_1, columns, History.TENSION_GENERATRIX, Peak.TENSION_GENERATRIX)
+    book_top(now, peaks, top_2, columns, History.TENSION_HOOP, Peak.TENSION_HOOP)
+    book_top(now, peaks, top_belt, columns, History.TENSION_BELT, Peak.TENSION_BELT)
     raise_peak(peaks, Peak.DECELERATION, now[History.ACCELERATION], now[History.TIME], float(n1))
-    now[History.GROUND_FORCE] += sectors * (total(by_column.impulse) / dt)
+    now[History.GROUND_FORCE] += sectors * (total(by_column.impulse, columns) / dt)
 
 
 @kernel
-def book_energies(now, work, by_column, sectors):
+def book_energies(now, work, by_column, sectors, columns):
     """Write kinetic energy and works of all sectors at n+1/2 to now, for the row of time n+1."""
-    now[History.KINETIC_ENERGY] = sectors * total(by_column.kinetic)
-    now[History.WORK_PRESSURE] = sectors * total(work.pressure)
-    now[History.WORK_ELASTIC] = sectors * total(work.elastic)
-    now[History.WORK_VISCOUS] = sectors * total(work.viscous)
-    now[History.WORK_BELTS] = sectors * total(work.belts)
-    now[History.WORK_GRAVITY] = sectors * total(work.gravity)
-    now[History.WORK_GROUND] = sectors * total(work.ground)
-    now[History.WORK_CONTACT] = sectors * total(work.contact)
+    now[History.KINETIC_ENERGY] = sectors * total(by_column.kinetic, columns)
+    now[History.WORK_PRESSURE] = sectors * total(work.pressure, columns)
+    now[History.WORK_ELASTIC] = sectors * total(work.elastic, columns)
+    now[History.WORK_VISCOUS] = sectors * total(work.viscous, columns)
+    now[History.WORK_BELTS] = sectors * total(work.belts, columns)
+    now[History.WORK_GRAVITY] = sectors * total(work.gravity, columns)
+    now[History.WORK_GROUND] = sectors * total(work.ground, columns)
+    now[History.WORK_CONTACT] = sectors * total(work.contact, columns)
 
 
 @kernel
@@ -245,7 +256,7 @@ def advance(model, state, sweep, history, interval, most, until):
         if state.steps[0] % interval == 0:
             record(history, rows, now)
             rows += 1
-        book_energies(now, work, by_column, model.sector.copies)
+        book_energies(now, work, by_column, model.sector.copies, model.n2)
         outcome = end_step(model, state, length, height)
         done += 1
         if outcome != Outcome.RUNNING:

@@ -1,0 +1,299 @@
+"""Work-precision charts: fronts, orders and advice on made-up runs, an honest reference, and the whole command."""
+
+import csv
+import math
+import shlex
+import signal
+import subprocess
+import sys
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+import synthetic_drop
+from conftest import Command
+
+import softbrake as package
+from softbrake import chart as module
+from softbrake.chart import PAPER, UNITS, Chart, Reference, Run, Setting, chart, fitted_order, pareto, plan, write_csv
+from softbrake.drop import Drop
+from softbrake.ladder import level
+
+CONFIGS = Path(__file__).resolve().parents[1] / "configs"
+SCENE = CONFIGS / "no-belts.yaml"
+BRIEF = ("--set", "time.end=20 ms")
+
+
+def run(
+    cells: int, seconds: float, velocity: float, outcome: str = "impact", courant: float = 0.9, fidelity: str = "full"
+) -> Run:
+    """A made-up run."""
+    summary = replace(synthetic_drop.summary(), outcome=outcome, end_time=0.05)
+    setting = Setting(fidelity, "edge", courant, cells, 2 * cells)
+    return Run(setting, summary, dict.fromkeys(UNITS, velocity), seconds)
+
+
+def made_up(*runs: Run, error: float = 0.001) -> Chart:
+    """Runs beside a reference of 1 m/s, known to an error."""
+    setting = Setting("axisymmetric", "edge", 0.9, 288, 720)
+    reference = Reference({"impact_velocity": 1.0}, {"impact_velocity": error}, frozenset({"impact"}), "made up", setting, 0.1)
+    return Chart(package.load_case(SCENE), reference, runs=list(runs))
+
+
+def test_pareto_front_is_what_nothing_beats() -> None:
+    points = [(1.0, 8.0), (2.0, 9.0), (2.0, 4.0), (3.0, 4.0), (4.0, math.inf), (8.0, 1.0), (0.5, math.inf)]
+    front = pareto(points)
+    assert front == [0, 2, 5]
+    random = [tuple(point) for point in np.random.default_rng(1).random((200, 2))]
+    slow = [k for k, p in enumerate(random) if not any(q[0] <= p[0] and q[1] <= p[1] and q != p for q in random)]
+    assert sorted(pareto(random)) == slow
+
+
+def test_errors_below_that_of_the_reference_are_not_ranked() -> None:
+    found = made_up(run(9, 1.0, 1.1), run(18, 2.0, 1.0009), run(36, 4.0, 1.0001))
+    assert [one.setting.generatrix for one in found.front("impact_velocity")] == [9, 18]
+    assert found.ranked(found.runs[2], "impact_velocity") == found.ranked(found.runs[1], "impact_velocity") == 0.001
+
+
+@pytest.mark.parametrize("order", [1.0, 2.0, 3.0])
+def test_fitted_order(order: float) -> None:
+    cells = [9, 18, 36, 72, 144]
+    errors = [0.4 * n**-order for n in cells]
+    assert fitted_order(cells, errors, 0.0) == pytest.approx(order)
+    floor = 0.9 * errors[3]  # what the reference cannot tell is left out, whatever it says
+    assert fitted_order(cells, [*errors[:3], 1e-9, 0.9 * floor], floor) == pytest.approx(order)
+    assert fitted_order([3, 6, *cells], [math.inf, 0.9, *errors], 0.0) == pytest.approx(order)  # too coarse, as yet
+    assert fitted_order(cells, [math.inf, *errors[1:]], 0.0) == pytest.approx(order)
+    assert fitted_order(cells[:2], errors[:2], 0.0) is None
+    assert fitted_order(cells, [0.01, 0.03, 0.005, 0.04, 0.008], 0.0) is None
+    assert fitted_order(cells, [0.01] * 5, 0.0) is None
+
+
+def test_recommended_is_the_cheapest_that_finer_runs_confirm() -> None:
+    family = [run(9, 1.0, 1.004), run(18, 2.0, 1.08), run(36, 4.0, 1.03), run(72, 8.0, 1.002), run(144, 16.0, 1.001)]
+    dear = [run(36, 5.0, 1.001, courant=0.1), run(72, 50.0, 1.001, courant=0.1)]
+    lone = [run(9, 0.1, 1.0, courant=0.5)]
+    found = made_up(*family, *dear, *lone)
+    names = {0.05: 4.0, 0.02: 5.0, 0.005: 5.0}  # 9 cells at 1 s hit by accident: 18 do not; 0.1 s is confirmed by none
+    for tolerance, seconds in names.items():
+        chosen = found.recommended("impact_velocity", tolerance)
+        assert chosen is not None and chosen.seconds == seconds
+    assert found.recommended("impact_velocity", 0.0015) is None  # 0.001 of the reference counts as well
+    piston = made_up(run(18, 0.01, 1.01, fidelity="lumped"))
+    assert piston.recommended("impact_velocity", 0.02) is None  # without a shell it may be right by accident only
+
+
+def test_failures_are_listed_and_never_count() -> None:
+    failed = [run(18, 0.1, 1.0, "diverged"), run(36, 0.2, 1.0, "stopped")]
+    found = made_up(run(9, 1.0, 1.1), run(18, 2.0, 1.1), *failed)
+    assert found.failures() == [
+        "18 x 36 full, Courant 0.9: diverged at 0.05 s",
+        "36 x 72 full, Courant 0.9: ends otherwise (stopped) at 0.05 s",
+    ]
+    assert not set(map(id, failed)) & set(map(id, found.front("impact_velocity")))
+    assert found.recommended("impact_velocity", 0.5) is None  # a finer run of the family fails
+
+
+def test_omissions_are_said_by_family() -> None:
+    found = made_up()
+    found.left_out = [(Setting("full", "cell", 0.02, n, 2 * n), s) for n, s in ((36, 5.0), (72, 80.0))]
+    found.left_out.append((Setting("axisymmetric", "edge", 0.9, 144, 720), None))
+    assert found.omissions() == [
+        "full, cell scheme, Courant 0.02: 36, 72 cells, may take 5 s and more",
+        "axisymmetric: 144 cells, too fine for the reference to judge",
+    ]
+
+
+def test_plan_holds_the_papers_setting_and_whole_sectors() -> None:
+    case = package.load_case(CONFIGS / "paper.yaml")
+    settings = plan(case)
+    assert PAPER in settings
+    assert len(settings) == len(set(settings))
+    for setting in settings:
+        applied = setting.apply(case)
+        assert (applied.grid.generatrix, applied.time.courant) == (setting.generatrix, setting.courant)
+        if setting.fidelity == "sector":
+            assert applied.grid.hoop == 10 * applied.model.sector
+        if setting.fidelity == "full":
+            assert applied.grid.hoop / applied.grid.generatrix == pytest.approx(2.5, rel=0.05)
+    folds = package.load_case(CONFIGS / "paper-contact.yaml")
+    assert {setting.fidelity for setting in plan(folds)} == {"lumped", "axisymmetric", "full"}  # a sector knows no folds
+    many = package.load_case(CONFIGS / "paper.yaml", ["belts.count=30", "grid.generatrix=90", "belts.width=2 mm"])
+    assert min(setting.generatrix for setting in plan(many)) >= 18  # half a cell off the covers
+
+
+@pytest.fixture(scope="module")
+def charted() -> Chart:
+    """A shell that stays round, by few settings but all of them, and a reference of 144 cells, whatever the machine does."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(
+            module, "PARTS", (("lumped", "edge", (0.9,)), ("axisymmetric", "edge", (0.9, 0.1)), ("full", "edge", (0.9,)))
+        )
+        patch.setattr(module, "GRIDS", (9, 13, 18, 25, 36))
+        patch.setattr(module, "DOUBLINGS", 4)
+        patch.setattr(module, "PAPER", Setting("full", "edge", 0.5, 9, 22))
+        return chart(package.load_case(SCENE), budget=1e6)
+
+
+def test_reference_is_within_its_error_of_a_far_finer_run(charted: Chart) -> None:
+    reference = charted.reference
+    assert reference is not None
+    assert "stays round" in reference.basis
+    shown = [one for one in charted.runs if one.setting.fidelity == "axisymmetric"]
+    assert max(one.setting.generatrix for one in shown) <= reference.setting.generatrix / 4
+    assert reference.setting.generatrix == 144
+    finer = package.run(level(charted.case, "axisymmetric", 288, 720))
+    assert finer.impact_velocity is not None
+    assert abs(finer.impact_velocity - reference.values["impact_velocity"]) <= reference.errors["impact_velocity"]
+    assert abs(finer.peak_deceleration - reference.values["peak_deceleration"]) <= reference.errors["peak_deceleration"]
+    assert abs(finer.peak_tension_hoop - reference.values["peak_tension"]) <= reference.errors["peak_tension"]
+    assert reference.error("impact_velocity") < 0.005
+
+
+def test_errors_fall_with_the_grid(charted: Chart) -> None:
+    family = charted.families()["axisymmetric", "edge", 0.9]
+    errors = [charted.error(one, "impact_velocity") for one in family]
+    assert errors[0] > 0.05
+    assert errors[-1] < 0.01
+    order = fitted_order([one.setting.generatrix for one in family], errors, 0.0)
+    assert order is not None and 1.5 < order < 5.0
+    gas = charted.families()["lumped", "edge", 0.9][0]
+    assert charted.error(gas, "impact_velocity") > 0.1
+    assert charted.error(gas, "peak_tension") == 1.0
+    assert not charted.left_out
+
+
+def test_shell_that_crumples_is_compared_with_an_ensemble(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A fast drop, which another disturbance answers within the error of the reference."""
+    case = package.load_case(CONFIGS / "paper.yaml", ["contact=ground", "cargo.velocity=20"])
+    found = chart(case, budget=0.0)
+    reference = found.reference
+    assert reference is not None
+    assert "does not stay round" in reference.basis and "mean of 4 full shells" in reference.basis
+    assert reference.errors["impact_velocity"] == math.inf  # one grid says nothing of the grid's error
+    assert found.recommended("impact_velocity", 0.05) is None
+    assert not found.runs and len(found.left_out) == len(plan(case))
+    monkeypatch.setattr(module, "plan", lambda case: [])
+    monkeypatch.setattr(module, "PARTS", ())
+    reference = chart(case, budget=20.0).reference
+    assert reference is not None
+    drop = Drop(reference.setting.apply(case))
+    drop.disturb(2.5e-5, 11)
+    speed = drop.run().impact_velocity
+    assert speed is not None
+    assert abs(speed - reference.values["impact_velocity"]) <= reference.errors["impact_velocity"] < 2.0
+
+
+def test_without_a_reference_there_is_no_chart(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(module._Charter, "run", lambda self, setting, seed=0: run(18, 0.1, 0.0, "diverged"))
+    with pytest.raises(package.Diverged, match="diverges on every grid: there is no reference"):
+        chart(package.load_case(SCENE), budget=1.0)
+
+
+def test_a_cargo_that_stops_has_a_stroke() -> None:
+    found = chart(package.load_case(SCENE, ["pressure.value=30 kPa", "cargo.velocity=4"]), budget=1.0)
+    assert found.reference is not None
+    assert list(found.reference.values) == ["stroke", "peak_deceleration", "peak_tension"]
+    assert 0.05 < found.reference.values["stroke"] < 0.6
+
+
+def test_interrupt_keeps_what_was_done(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    def report(done: int, planned: int, doing: str) -> None:
+        if done == 3:
+            raise KeyboardInterrupt
+
+    monkeypatch.setattr(module, "DOUBLINGS", 3)
+    found = chart(package.load_case(SCENE, ["time.end=20 ms"]), 1e6, report)
+    assert found.interrupted and len(found.runs) == 3
+    write_csv(found, tmp_path / "chart.csv")
+    assert [line["role"] for line in lines_of(tmp_path / "chart.csv")].count("run") == 3
+
+
+def lines_of(path: Path) -> list[dict[str, str]]:
+    with path.open(newline="", encoding="utf-8") as stream:
+        return list(csv.DictReader(stream))
+
+
+def test_figure_shows_the_runs(charted: Chart) -> None:
+    pytest.importorskip("matplotlib")
+    from softbrake.diagram import chart_figure
+
+    figure = chart_figure(replace_runs(charted))
+    titles = [axes.get_title(loc="left") for axes in figure.axes]
+    assert titles[0].startswith("Impact velocity: 2.86")
+    words = [text.get_text() for axes in figure.axes for text in axes.texts]
+    assert "36 x 90, Courant 0.02" in words
+    assert any("Failed: 1" in word and "diverged" in word for word in words)
+    times = np.concatenate([line.get_xdata() for line in figure.axes[0].lines])
+    assert all(np.any(np.isclose(times, one.seconds)) for one in charted.runs)
+    marks = [line for line in figure.axes[0].lines if line.get_marker() == "x"]
+    assert len(marks) == 1  # the run that failed
+    _, top = figure.axes[0].get_ylim()
+    assert 0.5 * top < marks[0].get_ydata()[0] < top
+    for axes in figure.axes[:6]:
+        heights = np.concatenate([line.get_ydata() for line in axes.lines])
+        assert np.isfinite(heights).all()
+
+
+def replace_runs(found: Chart) -> Chart:
+    """The chart with the paper's setting, and one that diverged."""
+    failed = run(18, 0.1, 1.0, "diverged")
+    return replace(found, runs=[*found.runs, replace(found.runs[-1], setting=PAPER), failed])
+
+
+def test_command(softbrake: Command, tmp_path: Path) -> None:
+    pytest.importorskip("matplotlib")
+    done = softbrake("chart", SCENE, "--budget", "10", *BRIEF, "-o", "work.svg")
+    assert done.returncode == 0, done.stderr
+    assert (tmp_path / "work.svg").read_bytes()[:5] == b"<?xml"
+    lines = lines_of(tmp_path / "work.csv")
+    assert {line["role"] for line in lines} == {"reference", "run", "left out"}
+    for head in lines[0]:
+        assert head in ("role", "fidelity", "scheme", "outcome") or head.endswith("]"), f"{head} has no unit"
+    ran = [line for line in lines if line["role"] == "run"]
+    for line in ran:
+        assert float(line["kernel_seconds [s]"]) > 0.0
+        assert float(line["error of stroke [%]"]) >= 0.0
+    assert "stroke" in done.stdout and "left out" in done.stdout and "runs: " in done.stderr
+    assert "work.svg, work.csv written" in done.stdout
+    # The setting it recommends, run as it prints it, is the one that it charted.
+    words = shlex.split(next(line for line in done.stdout.splitlines() if line.startswith("  softbrake run")))
+    case = package.load_case(words[2], [word for word in words[3:] if word != "--set"])
+    lowest = package.run(case).minimum_height
+    keys = {"fidelity": case.model.fidelity, "generatrix [cells]": str(case.grid.generatrix)}
+    same = [line for line in ran if all(line[key] == value for key, value in keys.items())]
+    strokes = [float(line["stroke [m]"]) for line in same if float(line["courant [1]"]) == case.time.courant]
+    assert strokes == [pytest.approx(case.shell.height - lowest, rel=1e-12)]
+
+
+@pytest.mark.parametrize(
+    ("arguments", "fault"),
+    [
+        (("-o", "chart.txt"), "the name of a picture ends in .png, .svg or .pdf"),
+        (("-o", "none/chart.png"), "there is no folder none"),
+        (("--budget", "-1"), "--budget"),
+        (("--set", "fabric.E=no"), "fabric.E"),
+    ],
+)
+def test_bad_input(arguments: tuple[str, ...], fault: str, softbrake: Command, tmp_path: Path) -> None:
+    done = softbrake("chart", SCENE, *arguments)
+    assert done.returncode == 2
+    assert fault in done.stderr.replace("\n", " ")
+    assert "Traceback" not in done.stderr
+    assert not list(tmp_path.iterdir())
+
+
+def test_interrupted_command_writes_what_it_has(tmp_path: Path, environment: dict[str, str]) -> None:
+    pytest.importorskip("matplotlib")
+    command = [sys.executable, "-m", "softbrake", "chart", str(SCENE), *BRIEF, "--budget", "10"]
+    running = subprocess.Popen(command, cwd=tmp_path, env=environment, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+    assert running.stderr is not None
+    for line in running.stderr:
+        if "of" in line and not line.startswith("0 of") and "runs: " in line:
+            running.send_signal(signal.SIGINT)
+            break
+    out, _ = running.communicate(timeout=60)
+    assert running.returncode == 130
+    assert "no-belts-chart.png, no-belts-chart.csv written" in out
+    assert [line["role"] for line in lines_of(tmp_path / "no-belts-chart.csv")].count("run") > 0

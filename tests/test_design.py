@@ -1,0 +1,272 @@
+"""Section 2.2, and the search for the value that brings an answer to its target: exact for a piston, honest elsewhere."""
+
+import json
+from math import isclose, pi, sin, sqrt
+from pathlib import Path
+
+import numpy as np
+import pytest
+from conftest import Command
+
+import softbrake
+from softbrake.case import CaseError, full_stop, load_case, quantities
+from softbrake.design import NUDGE, WIDTH, NotReached, Point, Target, _close_in, ask, find, piston
+from softbrake.kernels.pressure import pressure_at
+from softbrake.state import Pressure, PressureLaw
+
+CONFIGS = Path(__file__).resolve().parents[1] / "configs"
+NO_BELTS = CONFIGS / "no-belts.yaml"
+AXISYMMETRIC, LUMPED = "model.fidelity=axisymmetric", "model.fidelity=lumped"
+AREA = 90 * 0.5 * 0.25**2 * sin(2 * pi / 90)  # m^2, of the polygon under the cover
+MASS, SPEED, HEIGHT, GRAVITY = 100.0, 6.0, 0.6, 9.80665
+
+
+# Section 2.2
+
+
+@pytest.mark.parametrize("share", [1e-6, 0.1, 0.25, 0.5, 0.8, 1 - 1e-6])
+def test_mean_of_two_sinusoids_wherever_the_peak_stands(share: float) -> None:
+    """The assertion of section 2.2 on the law (2.10) as the drop computes it: the mean over time is 2/pi of the largest value."""
+    end, none = 0.2, np.zeros(1)
+    law = Pressure(PressureLaw.SINE, 1.0, share * end, end, none, none, 0.0, 1.0)
+    x, weight = np.polynomial.legendre.leggauss(40)
+    mean = 0.0
+    for start, stop in ((0.0, share * end), (share * end, end)):  # a smooth half each
+        times = start + (stop - start) * (x + 1) / 2
+        mean += (stop - start) / 2 * sum(w * pressure_at(law, t) for w, t in zip(weight, times, strict=True)) / end
+    assert mean == pytest.approx(2 / pi, rel=1e-9)
+    stop = full_stop(MASS, SPEED, GRAVITY, HEIGHT, 0.5)
+    assert stop.largest * mean == pytest.approx(stop.mean, rel=1e-9)
+
+
+def test_full_stop_is_that_of_uniform_deceleration() -> None:
+    """P~ F = m (g + a) with a = V²/(2 l1), over the time 2 l1/V; and the energy is the force times the way."""
+    stop = full_stop(MASS, SPEED, GRAVITY, HEIGHT, 0.5)
+    area = pi * 0.25**2
+    assert stop.mean * area == pytest.approx(MASS * (GRAVITY + SPEED**2 / (2 * HEIGHT)))
+    assert stop.energy == pytest.approx(stop.mean * area * HEIGHT)
+    assert stop.end_time == pytest.approx(SPEED / (stop.mean * area / MASS - GRAVITY))
+
+
+def test_mean_in_time_is_no_full_stop_over_the_way() -> None:
+    """A piston under the sinusoids: an early peak stops it high above the ground, a late one lets it through."""
+    stop, tried = piston(load_case(NO_BELTS))
+    assert stop == full_stop(MASS, SPEED, GRAVITY, HEIGHT, 0.5)
+    assert tried[0][1].outcome == "stopped" and tried[0][1].minimum_height > 0.1
+    speeds = [summary.impact_velocity for _, summary in tried[1:]]
+    assert speeds == sorted(speeds) and speeds[-1] > 4.0
+    assert 0.0 < speeds[0] < 0.05 * SPEED  # by symmetry it would be back on the ground at t_k, so it was below
+
+
+# The search
+
+
+def exact_pressure(speed: float) -> float:
+    """Constant pressure (Pa) with which a piston lands at a speed (m/s)."""
+    return MASS * (GRAVITY + (SPEED**2 - speed**2) / (2 * HEIGHT)) / AREA
+
+
+@pytest.mark.parametrize("speed", [0.0, 1.5, 4.0])
+def test_piston_lands_as_asked(speed: float) -> None:
+    """Against the exact pressure, within the last bracket; the error is that of the polygon's area under the cover."""
+    found = find(ask(NO_BELTS, [LUMPED], target=f"impact_velocity={speed} m/s"))
+    assert found.value == pytest.approx(exact_pressure(speed), rel=WIDTH)
+    assert found.bracket[0] * (1 - 1e-12) <= exact_pressure(speed) <= found.bracket[1] * (1 + 1e-12)
+    assert found.error is not None
+    assert found.value - exact_pressure(speed) * AREA / (pi * 0.25**2) < found.error < 2e-3 * found.value
+    assert (found.summary.impact_velocity or 0.0) <= speed
+    assert found.others == 0
+    assert len(found.points) < 20
+
+
+def test_score_is_smooth_where_impact_turns_into_stop() -> None:
+    """For a piston it is a line in the pressure on both sides of the full stop, so that interpolation sees no corner there."""
+    target, full = Target("impact_velocity", 0.0), exact_pressure(0.0)
+    scores = []
+    for share in (0.999, 1.0 - 1e-9, 1.001):
+        case = load_case(NO_BELTS, [LUMPED, f"pressure.value={share * full!r}"])
+        scores.append(target.score(case, softbrake.run(case)))
+    assert scores[0] > 0.0 > scores[2]
+    assert abs(scores[1]) < 1e-6
+    assert -scores[2] == pytest.approx(scores[0], rel=0.01)
+    assert scores[0] == pytest.approx(0.001 * full * AREA / MASS * HEIGHT, rel=1e-6)
+
+
+def test_other_paths_and_answers() -> None:
+    """The largest deceleration of a piston under constant pressure is p F/m - g, and the speed of landing exact by energy."""
+    found = find(ask(NO_BELTS, [LUMPED], path="cargo.mass", target="peak_deceleration=10 m/s^2"))
+    assert found.value == pytest.approx(15696.0 * AREA / (GRAVITY + 10.0), rel=2 * WIDTH)
+    found = find(ask(NO_BELTS, [LUMPED], path="cargo.velocity", target="impact_velocity=1 m/s"))
+    assert found.value == pytest.approx(sqrt(1.0 + 2 * HEIGHT * (15696.0 * AREA / MASS - GRAVITY)), rel=2 * WIDTH)
+
+
+def test_shell_stops_at_the_pressure_found_and_its_bar_holds() -> None:
+    """The full stop of the axisymmetric shell: a run with the value stops, one a little below does not; finer grids agree."""
+    found = find(ask(NO_BELTS, [AXISYMMETRIC]))
+    assert softbrake.run(load_case(NO_BELTS, [AXISYMMETRIC, f"pressure.value={found.value!r}"])).outcome == "stopped"
+    below = load_case(NO_BELTS, [AXISYMMETRIC, f"pressure.value={found.value * (1 - 2 * WIDTH)!r}"])
+    assert softbrake.run(below).outcome == "impact"
+    fine = find(ask(NO_BELTS, [AXISYMMETRIC, "grid.generatrix=108", "grid.hoop=720"]))
+    assert found.error is not None
+    assert abs(fine.value - found.value) < found.error < 0.02 * found.value
+    faults = [point.fault for point in found.points if point.score is None]
+    assert faults and all("diverged" in fault for fault in faults)  # at several times the pressure; it does no harm
+
+
+def test_tolerance_chooses_the_level_and_checks_the_value_found() -> None:
+    question = ask(NO_BELTS, ["tolerance=2%", "contact=[ground, cover, cargo]"])
+    case = question.load(18e3)
+    assert case.model.fidelity == "axisymmetric" and case.tolerance is None
+    assert case.pressure.value == 18e3
+    found = find(question)
+    assert found.summary.outcome == "stopped" or found.summary.impact_velocity < 0.5
+    assert found.summary.ladder and "round" in str(found.summary.fidelity_reason)
+
+
+def test_paper_s_case_meets_its_target() -> None:
+    found = find(ask(CONFIGS / "paper.yaml", [AXISYMMETRIC], target="impact_velocity=2 m/s"))
+    assert found.summary.impact_velocity == pytest.approx(2.0, rel=3e-3)
+    assert found.summary.impact_velocity <= 2.0
+
+
+# The root
+
+
+@pytest.mark.parametrize(
+    ("function", "root"),
+    [
+        (lambda x: x**3 - 2.0, 2 ** (1 / 3)),
+        (lambda x: np.tanh(20 * (x - 1.3)), 1.3),
+        (lambda x: 1.0 if x > 1.7 else -1e-3, 1.7),
+        (lambda x: np.sign(x - 1.2) * abs(x - 1.2) ** 0.3, 1.2),
+    ],
+)
+def test_bracket_closes_in(function, root: float) -> None:
+    tried = []
+
+    def attempt(value: float) -> Point:
+        tried.append(value)
+        return Point(value, None, function(value))
+
+    ends = _close_in(attempt, attempt(1.0), attempt(2.0))
+    low, high = sorted(point.value for point in ends)
+    assert low <= root <= high and high - low <= WIDTH * high
+    assert len(tried) < 20
+
+
+def test_smooth_functions_take_few_steps() -> None:
+    tried = []
+    _close_in(lambda x: tried.append(x) or Point(x, None, x**2 - 2.0), Point(1.0, None, -1.0), Point(2.0, None, 2.0))
+    assert len(tried) <= 7
+
+
+def test_jump_is_no_crossing(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("softbrake.design._tried", lambda load, target, values: [
+        Point(value, None, 1.0 if value < 20e3 else -1.0, "no run") for value in values
+    ])  # fmt: skip
+    with pytest.raises(NotReached, match="jumps across the target"):
+        find(ask(NO_BELTS, [LUMPED]))
+
+
+# Refusals
+
+
+def test_refusal_names_what_was_found_at_both_ends() -> None:
+    with pytest.raises(NotReached, match=r"at 1000: 6\.\d+ m/s; at 5000: 5\.\d+ m/s; nearest is 5000") as caught:
+        find(ask(NO_BELTS, [LUMPED], between="1 kPa:5 kPa"))
+    assert "impact_velocity = 0 m/s" in str(caught.value)
+    with pytest.raises(
+        NotReached, match=r"diverged at .* \d+ of 9 without an answer"
+    ):  # the fabric bursts before it stops the cargo
+        find(ask(NO_BELTS, [AXISYMMETRIC, "fabric.E=3 kN/m", "cargo.mass=200 kg"]))
+    with pytest.raises(NotReached, match=r"none of 9 has an answer"):
+        find(ask(NO_BELTS, [AXISYMMETRIC, "fabric.E=3 kN/m"], between="40 kPa:80 kPa"))
+    with pytest.raises(NotReached, match="neither impact nor stop"):
+        find(ask(NO_BELTS, [LUMPED, "time.end=1 ms"]))
+
+
+@pytest.mark.parametrize(
+    ("words", "fault"),
+    [
+        ({"target": "impact=3"}, "--target impact=3: unknown answer 'impact'; known are"),
+        ({"target": "impact_velocty=3"}, "did you mean 'impact_velocity'?"),
+        ({"target": "impact_velocity=3kN"}, "'kN' is a force; a speed such as impact_velocity=1.5m/s is wanted"),
+        ({"target": "impact_velocity"}, "'' is not a number with a unit"),
+        ({"target": "impact_velocity=-1"}, "out of range"),
+        ({"path": "fabric.EE"}, "--find fabric.EE: not a quantity"),
+        ({"path": "belts.count"}, "not a quantity"),
+        ({"path": "tolerance", "between": "1%:2%"}, "not a quantity"),
+        ({"path": "time.end", "between": "1:2"}, "not a quantity"),
+        ({"path": "pressure.values"}, "not a quantity"),
+        ({"path": "fabric.G12"}, "the case gives no value to start from; --range LOW:HIGH is wanted"),
+        ({"between": "3:2"}, "not a range"),
+        ({"between": "1kPa"}, "is not LOW:HIGH; a pressure on both sides of a colon is wanted"),
+        ({"between": "1kPa:2kN"}, "'kN' is a force"),
+    ],
+    ids=str,
+)
+def test_faults_of_a_question(words: dict[str, str], fault: str) -> None:
+    with pytest.raises(ValueError) as caught:
+        ask(NO_BELTS, **words)
+    assert fault in str(caught.value)
+
+
+def test_ends_of_the_range_are_checked_before_the_first_run() -> None:
+    with pytest.raises(ValueError, match=r"--find pressure.value from -1 to 5000: pressure.value: -1.0 is out of range"):
+        ask(NO_BELTS, between="-1:5kPa")
+    with pytest.raises(CaseError, match="fabric.nu: unknown key"):
+        ask(NO_BELTS, ["fabric.nu=3"])
+
+
+# Strengths and inputs
+
+
+def test_margins() -> None:
+    strong = softbrake.run(load_case(CONFIGS / "paper.yaml", [AXISYMMETRIC, "fabric.strength=30 kN/m"]))
+    assert strong.fabric_margin == pytest.approx(30e3 / max(strong.peak_tension_hoop, strong.peak_tension_generatrix) - 1)
+    assert strong.belt_margin == pytest.approx(150e3 / strong.peak_tension_belt - 1)  # five layers of that fabric
+    weak = softbrake.run(load_case(CONFIGS / "paper.yaml", [AXISYMMETRIC, "belts.strength=20 kN/m"]))
+    assert weak.fabric_margin is None
+    assert weak.belt_margin == pytest.approx(20e3 / weak.peak_tension_belt - 1) and weak.belt_margin < 0
+    plain = softbrake.run(load_case(NO_BELTS, [AXISYMMETRIC, "fabric.strength=30 kN/m"]))
+    assert plain.fabric_margin is not None and plain.belt_margin is None
+
+
+def test_quantities_are_what_the_file_gives() -> None:
+    found = quantities(CONFIGS / "belts-list.yaml", ["cargo.mass=50", "friction=0", "fabric.strength=1kN/m"])
+    assert found["cargo.mass"] == 50.0
+    assert found["belts.1.stiffness"] == 6000.0
+    assert isclose(found["fabric.damping_ratio"], 0.03)
+    assert not {"friction", "fabric.strength", "fabric.viscosity", "grid.hoop", "time.courant"} & found.keys()
+    table = ["pressure={law: table, times: [0, 0.1], values: [0, 15 kPa]}"]
+    assert quantities(NO_BELTS, table)["pressure.values"] == (0.0, 15e3)
+
+
+# The command
+
+
+def test_command_prints_what_it_found(softbrake: Command, tmp_path: Path) -> None:
+    done = softbrake("design", NO_BELTS, "--set", LUMPED)
+    assert done.returncode == 0, done.stderr
+    assert "pi/2 of the mean" in done.stdout and "±" in done.stdout
+    assert max(map(len, done.stdout.splitlines()[:-1])) <= 80
+    assert len(done.stderr.splitlines()) == len(find(ask(NO_BELTS, [LUMPED])).points)
+    told = softbrake("design", NO_BELTS, "--set", LUMPED, "--target", "impact_velocity=2", "--json", "-q")
+    answer = json.loads(told.stdout)
+    assert told.stderr == ""
+    assert answer["value"] == pytest.approx(exact_pressure(2.0), rel=WIDTH)
+    assert answer["summary"]["impact_velocity"] == pytest.approx(2.0, rel=3e-3)
+    assert answer["section_2_2"]["mean"] == pytest.approx(20273.36, rel=1e-6)
+    values = [point["value"] for point in answer["points"]]
+    assert values == sorted(values) and values[-1] / values[0] == pytest.approx(9.0)
+    assert any(isclose(value, answer["value"] * (1 + NUDGE)) for value in values)
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_command_refuses(softbrake: Command, tmp_path: Path) -> None:
+    done = softbrake("design", NO_BELTS, "--set", LUMPED, "--range", "1kPa:5kPa", "-q")
+    assert (done.returncode, done.stdout) == (1, "")
+    assert done.stderr.startswith("pressure.value: no value in the range reaches")
+    done = softbrake("design", NO_BELTS, "--find", "fabric.EE")
+    assert (done.returncode, done.stdout) == (2, "")
+    assert list(tmp_path.iterdir()) == []

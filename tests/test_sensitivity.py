@@ -1,0 +1,113 @@
+"""Sensitivities: exact for a piston, as wide as the noise asks, and the same in table, JSON and file."""
+
+import json
+from collections.abc import Iterable, Iterator
+from dataclasses import asdict, replace
+from math import pi, sin
+from pathlib import Path
+
+import numpy as np
+import pytest
+import synthetic_drop
+from conftest import Command
+
+import softbrake
+from softbrake.batch import Dropped
+from softbrake.case import Case, load_case
+from softbrake.results import read_summary
+from softbrake.sensitivity import ENOUGH, STEPS, sensitivities
+
+CONFIGS = Path(__file__).resolve().parents[1] / "configs"
+NO_BELTS = CONFIGS / "no-belts.yaml"
+LUMPED = "model.fidelity=lumped"
+
+
+def test_piston() -> None:
+    """v² = V² + 2 l1 (g - p F/m) and the largest deceleration p F/m - g, differentiated by hand."""
+    base = softbrake.run(load_case(NO_BELTS, [LUMPED]))
+    found = sensitivities(NO_BELTS, [LUMPED], base)
+    push = 15696.0 * 90 * 0.5 * 0.25**2 * sin(2 * pi / 90) / 100.0
+    speed = base.impact_velocity
+    expected = {  # of impact velocity and of deceleration
+        "cargo.velocity": (36.0 / speed**2, 0.0),
+        "pressure.value": (-0.6 * push / speed**2, push / (push - 9.80665)),
+        "cargo.mass": (0.6 * push / speed**2, -push / (push - 9.80665)),
+        "shell.height": (0.6 * (9.80665 - push) / speed**2, 0.0),
+        "shell.diameter": (-2 * 0.6 * push / speed**2, 2 * push / (push - 9.80665)),
+        "fabric.E11": (0.0, 0.0),
+    }
+    changes = {row.path: row.changes for row in found.inputs}
+    assert changes.keys() >= expected.keys()
+    for path, (velocity, deceleration) in expected.items():
+        assert changes[path]["impact_velocity"] == pytest.approx(velocity, rel=0.01, abs=1e-9)
+        assert changes[path]["peak_deceleration"] == pytest.approx(deceleration, rel=0.01, abs=1e-9)
+    assert found.errors["impact_velocity"] < ENOUGH
+    assert found.steps == {"impact_velocity": STEPS[1], "peak_deceleration": STEPS[1]}  # answers without tensions have no change
+    assert [row.path for row in found.inputs][:2] == ["shell.diameter", "cargo.velocity"]  # the strongest first
+
+
+@pytest.mark.parametrize("scatter", [1e-6, 0.003])
+def test_steps_widen_until_they_stand_above_the_noise(monkeypatch: pytest.MonkeyPatch, scatter: float) -> None:
+    """An answer of known power in one input, with noise of a known size."""
+    random = np.random.default_rng(1)
+
+    def noisy(cases: Iterable[Case]) -> Iterator[Dropped]:
+        for case in cases:
+            value = 3.0 * (case.cargo.mass / 100.0) ** 0.8 * (1 + scatter * random.normal())
+            yield Dropped(replace(synthetic_drop.summary(), impact_velocity=value, peak_deceleration=20.0), None, None)
+
+    monkeypatch.setattr("softbrake.sensitivity.run_batch", noisy)
+    base = replace(synthetic_drop.summary(), impact_velocity=3.0, peak_deceleration=20.0)
+    found = sensitivities(NO_BELTS, [], base)
+    noise, error = found.noise["impact_velocity"], found.errors["impact_velocity"]
+    if scatter < 1e-5:
+        assert found.steps["impact_velocity"] == STEPS[1]
+        assert noise < 1e-4  # what is off a straight line
+    else:
+        assert found.steps["impact_velocity"] > STEPS[1]
+        assert noise == pytest.approx(scatter, rel=0.3)
+        assert error < ENOUGH
+    changes = {row.path: row.changes["impact_velocity"] for row in found.inputs}
+    assert changes.pop("cargo.mass") == pytest.approx(0.8, abs=max(3 * error, 1e-3))
+    assert max(abs(change) for change in changes.values() if change is not None) < 4 * error
+
+
+def test_answers_that_are_lost_have_no_change() -> None:
+    """At 0.5 % below the full stop, a little more pressure stops the cargo."""
+    full = 20289.838
+    case = [LUMPED, f"pressure.value={0.995 * full}"]
+    found = sensitivities(NO_BELTS, case, softbrake.run(load_case(NO_BELTS, case)))
+    changes = {row.path: row.changes for row in found.inputs}
+    assert changes["pressure.value"]["impact_velocity"] is None
+    assert changes["pressure.value"]["peak_deceleration"] is not None
+    assert changes["fabric.E11"]["impact_velocity"] == pytest.approx(0.0, abs=1e-9)
+
+
+def test_inputs_that_must_fit_each_other_are_named() -> None:
+    case = [LUMPED, "fabric.law=nominal_tension"]
+    found = sensitivities(NO_BELTS, case, softbrake.run(load_case(NO_BELTS, case)))
+    assert found.left_out.keys() == {"fabric.E11", "fabric.E22", "fabric.nu12", "fabric.nu21"}
+    assert "has no potential" in found.left_out["fabric.nu12"]
+    assert "cargo.mass" in {row.path for row in found.inputs}
+
+
+def test_tolerance_varies_the_level_that_it_chose() -> None:
+    case = ["tolerance=2%", "contact=[ground, cover, cargo]"]
+    base = softbrake.run(load_case(NO_BELTS, case))
+    assert base.model.fidelity == "axisymmetric"
+    found = sensitivities(NO_BELTS, case, base)
+    changes = {row.path: row.changes for row in found.inputs}
+    assert changes["cargo.velocity"]["impact_velocity"] == pytest.approx(4.4, abs=0.3)
+
+
+def test_command(softbrake: Command, tmp_path: Path) -> None:
+    done = softbrake("run", NO_BELTS, "--set", LUMPED, "--sensitivity", "--json", "-q", "-o", "drop.vtkhdf")
+    assert done.returncode == 0, done.stderr
+    told = json.loads(done.stdout)
+    assert {row["path"] for row in told["sensitivity"]["inputs"]} >= {"cargo.mass", "shell.diameter"}
+    kept = read_summary(tmp_path / "drop.vtkhdf")
+    assert kept is not None
+    assert json.loads(json.dumps(asdict(kept))) == told
+    shown = softbrake("info", "drop.vtkhdf").stdout
+    assert "% per 1 % of" in shown and "standard error" in shown
+    assert max(map(len, shown.splitlines())) <= 80

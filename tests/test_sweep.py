@@ -1,0 +1,435 @@
+"""Sweeps: which cases they ask for, that nothing is lost or done twice, and what they write."""
+
+import csv
+import json
+import math
+import os
+import random
+import signal
+import subprocess
+import sys
+import time
+from collections.abc import Sequence
+from dataclasses import replace
+from pathlib import Path
+
+import h5py
+import numpy as np
+import pytest
+from conftest import ROOT, Command
+
+from softbrake import batch, sweep, sweep_results
+from softbrake.case import CaseError, load_case
+from softbrake.designs import Designs, key_of, load_designs
+from softbrake.drop import Drop, run
+from softbrake.results import HISTORY_DTYPE, read_history
+from softbrake.state import UNITS, History
+from softbrake.sweep import Run, Shard, SweepError, merge_folders, read_journals, run_id, run_sweep
+
+MODULI = ROOT / "configs" / "moduli-sweep.yaml"
+COARSE = ("grid.generatrix=12", "time.courant=0.9")
+MANY = ("fabric.E=15kN/m:20kN/m:150",)
+FIVE = ("fabric.E=15kN/m:20kN/m:5",)
+
+
+def moduli(*vary: str, overrides: Sequence[str] = COARSE, **settings: object) -> Designs:
+    return load_designs(MODULI, overrides, vary, settings)
+
+
+def texts(folder: Path) -> list[list[str]]:
+    """Rows of results.csv without the two timings at their end."""
+    with open(folder / "results.csv", newline="") as stream:
+        return [row[:-2] for row in csv.reader(stream)]
+
+
+def write(folder: Path) -> None:
+    """Write the results of a sweep that has run."""
+    plan, records = merge_folders([folder])
+    sweep_results.write_results(folder, plan, sweep_results.rows(plan, records))
+
+
+# Which cases
+
+
+def test_a_range_and_its_logarithmic_kind() -> None:
+    assert [design.values for design in moduli("fabric.E=10kN/m:30kN/m:5").all] == [(1e4,), (1.5e4,), (2e4,), (2.5e4,), (3e4,)]
+    mass = [design.case.cargo.mass for design in moduli("cargo.mass=10:1000kg:3:log").all]
+    assert np.allclose(mass, [10.0, 100.0, 1000.0], rtol=1e-11)
+
+
+def test_the_first_axis_turns_slowest_and_zip_goes_side_by_side() -> None:
+    axes = ("cargo.mass=1kg,2kg", "belts.count=0,3")
+    assert [design.values for design in moduli(*axes).all] == [(1.0, 0), (1.0, 3), (2.0, 0), (2.0, 3)]
+    assert [design.values for design in moduli(*axes, mode="zip").all] == [(1.0, 0), (2.0, 3)]
+    assert [len(design.case.belts) for design in moduli(*axes, mode="zip").all] == [0, 3]
+
+
+def test_shipped_sweep_has_the_moduli_of_the_paper() -> None:
+    designs = load_designs(MODULI)
+    assert {15e3, 18.75e3, 20e3} <= {design.case.fabric.E11 for design in designs.all}
+    assert designs.axes == (("fabric.E", "N/m"),)
+    assert all(design.values[0] == design.case.fabric.E22 for design in designs.all)
+
+
+def test_latin_hypercube_has_one_sample_in_each_part_of_each_axis() -> None:
+    axes = (
+        "cargo.mass=50:150",
+        "fabric.E=1kN/m:1000kN/m:log",
+        "fabric.slack=cut,wrinkle",
+        "belts.count=0:9",
+    )
+    designs = moduli(*axes, mode="lhs", samples=40, seed=3)
+    mass, modulus, slack, count = (np.array(column) for column in zip(*(design.values for design in designs.all), strict=True))
+    for parts in ((mass.astype(float) - 50) / 100, np.log10(modulus.astype(float) / 1e3) / 3):
+        assert sorted((parts * 40).astype(int)) == list(range(40))
+    assert sorted(slack) == ["cut"] * 20 + ["wrinkle"] * 20
+    assert set(count.astype(int)) <= set(range(10))
+    assert not np.array_equal(np.argsort(mass.astype(float)), np.argsort(modulus.astype(float)))
+    assert designs == moduli(*axes, mode="lhs", samples=40, seed=3)
+    assert designs != moduli(*axes, mode="lhs", samples=40, seed=4)
+
+
+@pytest.mark.parametrize(
+    ("vary", "settings", "message"),
+    [
+        (["fabric.E=15kN/m,20kPa"], {}, "--vary fabric.E=15kN/m,20kPa: fabric.E: 'kPa' is a pressure; "),
+        (["fabric.EE=1,2"], {}, "fabric.EE: unknown key; did you mean 'E'?"),
+        (["fabric.E"], {}, "--vary fabric.E: not KEY=VALUES"),
+        (["fabric.E=1:2:3:4"], {}, "'1:2:3:4' is not a range; START:STOP:COUNT"),
+        (["fabric.E=1kN/m:x:3"], {}, "'x' is not a number with a unit"),
+        (["fabric.E=1kN/m:2N/m:3"], {}, "ends in 'kN/m' and 'N/m'; one unit for both is wanted"),
+        (["fabric.E=0:2:3:log"], {}, "from 0 to 2; ends > 0 are wanted"),
+        (["fabric.E=1:2"], {}, "a range without a count in mode grid"),
+        (["fabric.E=1:2:1"], {}, "is not a range"),
+        (["fabric.E=1,,2"], {}, "an empty value"),
+        (["fabric.E=1:2:3"], {"mode": "lhs", "samples": 3}, "a range with a count in mode lhs"),
+        (["fabric.E=1:2"], {"mode": "lhs"}, ":35:1: sweep.samples: missing"),
+        (["fabric.E=1,2"], {"samples": 3}, "sweep.samples: given in mode grid"),
+        (["fabric.E=1,2"], {"mode": "sobol"}, "--mode sobol: unknown value 'sobol'; grid or zip or lhs"),
+        (["fabric.E=1,2", "cargo.mass=1,2,3"], {"mode": "zip"}, "numbers of values differ: fabric.E 2, cargo.mass 3"),
+        (["fabric.E=1:2:1000", "cargo.mass=1:2:1001"], {}, "1001000 runs; up to 1000000"),
+        (["belts.width=1mm,400mm"], {}, "belts.width: the outer belts come closer than half a grid cell"),
+        (["fabric.E=-1,-2,5"], {}, "fabric.E: -2 is out of range"),
+    ],
+    ids=lambda value: value[0] if isinstance(value, list) else None,
+)
+def test_faults_of_axes(vary: list[str], settings: dict[str, object], message: str) -> None:
+    with pytest.raises(CaseError) as caught:
+        moduli(*vary, **settings)
+    assert message in str(caught.value)
+
+
+@pytest.mark.parametrize(
+    ("section", "message"),
+    [
+        ("{vary: {fabric.E: [1, -2]}}", ":43:26: fabric.E: -2 is out of range"),
+        ("{vary: {fabric.E: [[1]]}}", ":43:27: sweep.vary.fabric.E.0: not one value"),
+        ("{vary: {fabric.E: []}}", "an empty list"),
+        ("{vary: [1]}", ":43:15: sweep.vary: not a mapping"),
+        ("{mode: zip}", ":43:8: sweep.vary: missing"),
+        ("{vary: {fabric.E: [1, 2]}, mod: zip}", ":43:35: sweep.mod: unknown key; did you mean 'mode'?"),
+        ("{vary: {fabric.E: '1:2'}, mode: lhs}", ":43:1: sweep.samples: missing"),
+        ("5", "sweep: not a mapping"),
+    ],
+)
+def test_faults_of_the_section_name_line_and_column(tmp_path: Path, section: str, message: str) -> None:
+    case = tmp_path / "case.yaml"
+    head = MODULI.read_text().split("sweep:")[0]
+    case.write_text("#\n" * (42 - head.count("\n")) + head + f"sweep: {section}\n")
+    with pytest.raises(CaseError) as caught:
+        load_designs(case)
+    assert message in str(caught.value)
+    load_case(case)  # `softbrake run` does not read it
+
+
+@pytest.mark.parametrize(
+    ("path", "unit"),
+    [("fabric.E", "N/m"), ("gravity", "m/s^2"), ("belts.0.height", "m"), ("pressure.values.1", "Pa"), ("pressure.value", "Pa")],
+)
+def test_keys_by_path(path: str, unit: str) -> None:
+    key = key_of(path)
+    assert key is not None and not isinstance(key.kind, (type, tuple)) and key.kind.unit == unit
+
+
+# Running them
+
+
+def test_batch_threads_and_single_runs_give_the_same_numbers(tmp_path: Path) -> None:
+    designs = moduli(*FIVE)
+    plan = run_sweep(designs, tmp_path)
+    known = read_journals(tmp_path)
+    for one, design in zip(plan.runs, designs.all, strict=True):
+        alone = Drop(design.case).run()
+        kept = known[one.id]["summary"]
+        for name in ("impact_velocity", "peak_deceleration", "peak_tension_hoop", "energy_error", "steps", "end_time"):
+            assert kept[name] == getattr(alone, name)
+
+
+def test_the_same_sweep_again_runs_nothing(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    run_sweep(moduli(*FIVE), tmp_path)
+    write(tmp_path)
+    before = (tmp_path / "results.csv").read_bytes()
+    monkeypatch.setattr(batch, "run_one", lambda *_: pytest.fail("run again"))
+    told: list[tuple[int, int, bool]] = []
+    run_sweep(moduli(*FIVE), tmp_path, progress=lambda *numbers: told.append(numbers))
+    write(tmp_path)
+    assert (tmp_path / "results.csv").read_bytes() == before
+    assert told == [(5, 5, False)]
+
+
+def test_more_values_run_what_is_new(tmp_path: Path) -> None:
+    run_sweep(moduli("fabric.E=15kN/m,20kN/m"), tmp_path)
+    told: list[tuple[int, int, bool]] = []
+    run_sweep(moduli("fabric.E=15kN/m,20kN/m,20kN/m,16kN/m"), tmp_path, progress=lambda *numbers: told.append(numbers))
+    assert told == [(2, 3, False), (3, 3, True)]  # of two equal cases one
+    write(tmp_path)
+    assert len(texts(tmp_path)) == 5
+
+
+def test_runs_are_known_by_case_and_program(monkeypatch: pytest.MonkeyPatch) -> None:
+    case = moduli(*FIVE).all[0].case
+    name = run_id(case)
+    assert run_id(replace(case, gravity=9.0)) != name
+    monkeypatch.setattr(sweep, "source_hash", lambda: "other")
+    assert run_id(case) != name
+
+
+def test_a_torn_last_line_is_forgotten(tmp_path: Path) -> None:
+    plan = run_sweep(moduli(*FIVE), tmp_path)
+    journal = tmp_path / "journal.jsonl"
+    write(tmp_path)
+    before = texts(tmp_path)
+    whole = journal.read_bytes()
+    journal.write_bytes(whole[: -random.Random(1).randrange(20, 200)])
+    assert list(read_journals(tmp_path)) == [run.id for run in plan.runs[:-1]]
+    run_sweep(moduli(*FIVE), tmp_path)
+    assert [json.loads(line)["id"] for line in journal.read_text().splitlines()] == [run.id for run in plan.runs]
+    write(tmp_path)
+    assert texts(tmp_path) == before
+
+
+def test_a_case_that_fails_costs_only_itself(softbrake: Command, tmp_path: Path) -> None:
+    sets = [f"--set={change}" for change in COARSE]
+    done = softbrake(
+        "sweep", MODULI, *sets, "--vary", "fabric.E=15kN/m,1kN/m,20kN/m", "--vary", "pressure.value=15kPa", "-o", "s"
+    )
+    assert done.returncode == 1
+    assert "1 of 3 runs have no answer:\nrun 2: diverged at" in done.stdout
+    assert "the fabric bursts" in done.stdout
+    outcomes = [row[texts(tmp_path / "s")[0].index("outcome")] for row in texts(tmp_path / "s")[1:]]
+    assert outcomes == ["impact", "diverged", "impact"]
+    assert (tmp_path / "s" / "sweep.png").read_bytes().startswith(b"\x89PNG")
+
+
+def test_histories_are_kept_by_id(tmp_path: Path) -> None:
+    designs = moduli("fabric.E=15kN/m,20kN/m", overrides=[*COARSE, "output.history_interval=50"])
+    run_sweep(designs, tmp_path)
+    plan = run_sweep(designs, tmp_path, histories=True)  # which the first did not keep
+    assert len((tmp_path / "journal.jsonl").read_text().splitlines()) == 2
+    alone = tmp_path / "drop.vtkhdf"
+    with h5py.File(tmp_path / "histories.h5") as file:
+        for one, design in zip(plan.runs, designs.all, strict=True):
+            run(design.case, alone)
+            assert file[one.id].dtype == HISTORY_DTYPE
+            assert np.array_equal(file[one.id][:], read_history(alone))
+        assert file.attrs["time"] == UNITS[History.TIME]
+
+
+def test_shards_share_the_runs_and_merge_to_the_same_results(tmp_path: Path) -> None:
+    whole, parts, other = (tmp_path / name for name in ("whole", "parts", "other"))
+    run_sweep(moduli(*FIVE), whole)
+    write(whole)
+    run_sweep(moduli(*FIVE), parts, shard=Shard(1, 2))
+    plan, records = merge_folders([parts])
+    table = sweep_results.rows(plan, records)
+    assert [row["outcome"] for row in table] == ["impact", "missing"] * 2 + ["impact"]
+    assert len(sweep_results.failures(table)) == 2
+    run_sweep(moduli(*FIVE), other, shard=Shard(2, 2))
+    plan, records = merge_folders([parts, other])
+    sweep_results.write_results(parts, plan, sweep_results.rows(plan, records))
+    assert texts(parts) == texts(whole)
+    assert not set(read_journals(parts)) & set(read_journals(other))
+    run_sweep(moduli("fabric.E=1kN/m,2kN/m"), other)
+    with pytest.raises(SweepError, match="of another sweep"):
+        merge_folders([parts, other])
+
+
+@pytest.fixture(scope="module")
+def uninterrupted(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Folder of the sweep that others break off: long enough for that on a machine that is fast, or busy elsewhere."""
+    folder = tmp_path_factory.mktemp("uninterrupted")
+    run_sweep(moduli(*MANY, overrides=()), folder)
+    write(folder)
+    return folder
+
+
+def start(folder: Path, environment: dict[str, str]) -> subprocess.Popen[str]:
+    """Start that sweep as a process."""
+    return subprocess.Popen(
+        [sys.executable, "-m", "softbrake", "sweep", str(MODULI), "--vary", *MANY, "-o", str(folder), "-q", "--json"],
+        env=environment,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+        preexec_fn=lambda: signal.signal(signal.SIGINT, signal.default_int_handler),  # a shell's background job ignores it
+    )
+
+
+def lines(folder: Path) -> int:
+    journal = folder / "journal.jsonl"
+    return journal.read_bytes().count(b"\n") if journal.exists() else 0
+
+
+@pytest.mark.parametrize("blow", [signal.SIGKILL, signal.SIGINT], ids=["kill -9", "Ctrl-C"])
+def test_a_sweep_broken_off_goes_on_to_the_same_results(
+    tmp_path: Path, environment: dict[str, str], uninterrupted: Path, blow: int
+) -> None:
+    broken = tmp_path / "broken"
+    with start(broken, environment) as process:
+        deadline = time.monotonic() + 60
+        while lines(broken) < 5:
+            assert time.monotonic() < deadline and process.poll() is None
+            time.sleep(0.002)
+        process.send_signal(blow)
+        _, told = process.communicate(timeout=60)
+    assert process.returncode == (130 if blow == signal.SIGINT else -blow)
+    assert "Traceback" not in told
+    assert 5 <= lines(broken) < 150
+    with start(broken, environment) as again:
+        resumed = [json.loads(line) for line in again.communicate(timeout=120)[0].splitlines()]
+    assert again.returncode == 0
+    assert texts(broken) == texts(uninterrupted)
+    ids = [json.loads(line)["id"] for line in (broken / "journal.jsonl").read_text().splitlines()]
+    assert len(ids) == len(set(ids)) == 150
+    assert [row["impact_velocity"] for row in resumed] == [
+        record["summary"]["impact_velocity"] for record in merge_folders([uninterrupted])[1].values()
+    ]
+
+
+def test_a_cluster_that_loses_a_worker_loses_no_run(tmp_path: Path, environment: dict[str, str]) -> None:
+    pytest.importorskip("distributed")
+    from distributed import LocalCluster
+
+    whole, there = tmp_path / "whole", tmp_path / "there"
+    designs = moduli("fabric.E=15kN/m:20kN/m:160", overrides=["grid.generatrix=24"])
+    run_sweep(designs, whole)
+    write(whole)
+    with LocalCluster(n_workers=2, threads_per_worker=1, processes=True, dashboard_address=None) as cluster:
+        victim = next(iter(cluster.workers.values())).pid
+        told: list[tuple[int, int, bool]] = []
+
+        def watch(*numbers: object) -> None:
+            told.append(numbers)  # type: ignore[arg-type]
+            if len(told) == 20:
+                os.kill(victim, signal.SIGKILL)
+
+        run_sweep(designs, there, scheduler=cluster.scheduler_address, progress=watch)
+    write(there)
+    assert texts(there) == texts(whole)
+    ids = [json.loads(line)["id"] for line in (there / "journal.jsonl").read_text().splitlines()]
+    assert len(ids) == len(set(ids)) == 160
+    assert told[-1] == (160, 160, True)
+
+
+# What they write
+
+
+def test_columns_have_units_and_the_timings_come_last(tmp_path: Path) -> None:
+    designs = moduli("fabric.E=15kN/m,20kN/m", "fabric.slack=cut,wrinkle")
+    run_sweep(designs, tmp_path)
+    write(tmp_path)
+    with open(tmp_path / "results.csv", newline="") as stream:
+        table = list(csv.DictReader(stream))
+    with open(tmp_path / "results.units.csv", newline="") as stream:
+        (units,) = csv.DictReader(stream)
+    assert list(table[0]) == list(units)
+    assert list(units)[-2:] == ["kernel_seconds", "wall_seconds"]
+    assert [row["fabric.slack"] for row in table] == ["cut", "wrinkle"] * 2
+    expected = {
+        "fabric.E": "N/m",
+        "fabric.slack": "",
+        "impact_velocity": "m/s",
+        "free_fall_velocity": "m/s",
+        "velocity_reduction": "m/s",
+        "impact_velocity_error": "m/s",
+        "impact_time": "s",
+        "time_step": "s",
+        "steps": "",
+        "minimum_height": "m",
+        "peak_deceleration": "m/s^2",
+        "peak_deceleration_time": "s",
+        "peak_tension_belt": "N/m",
+        "peak_tension_belt_height": "m",
+        "work_gravity": "J",
+        "energy_error": "",
+        "crossings": "",
+        "wall_seconds": "s",
+    }
+    assert {name: units[name] for name in expected} == expected
+    alone = Drop(designs.all[0].case).run()
+    assert float(table[0]["impact_velocity"]) == alone.impact_velocity
+    assert float(table[0]["work_pressure"]) == alone.work.pressure
+    assert float(table[0]["peak_tension_hoop_time"]) == alone.peaks["peak_tension_hoop"].time
+
+
+@pytest.mark.parametrize(
+    "vary",
+    [
+        ["fabric.E=15kN/m:20kN/m:3"],
+        ["fabric.slack=cut,wrinkle"],
+        ["fabric.E=15kN/m:20kN/m:3", "fabric.slack=cut,wrinkle"],
+        ["fabric.E=1kN/m:20kN/m:3", "pressure.value=10kPa:40kPa:3"],
+        ["fabric.E=15kN/m,20kN/m", "cargo.mass=90,100", "fabric.slack=cut,wrinkle"],
+    ],
+    ids=" ".join,
+)
+def test_pictures(softbrake: Command, tmp_path: Path, vary: list[str]) -> None:
+    pytest.importorskip("matplotlib")
+    arguments = [f"--vary={axis}" for axis in vary] + [f"--set={change}" for change in COARSE]
+    done = softbrake("sweep", MODULI, "-q", *arguments, "-o", "s")
+    assert done.stderr == ""
+    assert max(map(len, done.stdout.splitlines()[:10])) <= 80
+    assert (tmp_path / "s" / "sweep.png").read_bytes().startswith(b"\x89PNG")
+
+
+def test_a_long_sweep_prints_some_of_its_runs(capsys: pytest.CaptureFixture[str]) -> None:
+    runs = tuple(Run(f"{number}", (float(number),)) for number in range(1000))
+    plan = sweep.Plan("A sweep", "1", "2", (sweep.Axis("cargo.mass", "kg"),), runs)
+    table = sweep_results.rows(plan, {})
+    sweep_results.print_table(plan, table)
+    told = capsys.readouterr().out
+    assert "24 of 1000 runs; all are in results.csv" in told
+    assert "1000 of 1000 runs have no answer" in told
+    assert told.count("\n") < 70
+    assert math.isclose(float(told.splitlines()[2].split()[0]), 0.0)
+
+
+# Mistakes: exit 2, nothing written
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        (["sweep", "PAPER"], "no section sweep"),
+        (["sweep", "PAPER", "--vary", "fabric.F=1,2"], "--vary fabric.F=1,2: fabric.F: unknown key"),
+        (["sweep", "MODULI", "--shard", "3/2"], "--shard 3/2: a part of the runs"),
+        (["sweep", "MODULI", "-o", "file"], "file: is not a folder"),
+        (["sweep", "MODULI", "--threads", "2", "--scheduler", "tcp://h:1"], "exclude each other"),
+        (["merge", "nowhere"], "plan.json: No such file or directory; the folder of a sweep is wanted"),
+        (["merge", "."], "plan.json: not the plan of a sweep"),
+    ],
+    ids=lambda value: " ".join(value) if isinstance(value, list) else "",
+)
+def test_mistakes(softbrake: Command, paper: Path, tmp_path: Path, arguments: list[str], message: str) -> None:
+    (tmp_path / "file").write_text("")
+    (tmp_path / "plan.json").write_text("[]")
+    before = sorted(tmp_path.rglob("*"))
+    done = softbrake(*({"PAPER": paper, "MODULI": MODULI}.get(word, word) for word in arguments))
+    assert (done.returncode, done.stdout) == (2, "")
+    assert message in done.stderr
+    assert "Traceback" not in done.stderr
+    assert sorted(tmp_path.rglob("*")) == before
+
+
+def test_check_says_what_a_sweep_runs(softbrake: Command) -> None:
+    assert "sweep               161 runs over fabric.E" in softbrake("check", MODULI).stdout
