@@ -23,7 +23,7 @@ SMALLEST_SQUARE = 1e-60  # m^2
 
 @kernel
 def stable_step(model, nodes, sweep):
-    """Return the step (s) at Courant coefficient 1.
+    """Return the step (s) at Courant coefficient 1. Eq. (3.3), by the bound above.
 
     Reads model, nodes. Writes sweep.by_row, scratch in generatrix, hoop, by_column.rate.
     """
