@@ -13,6 +13,7 @@ from softbrake.state import (
     Belts,
     Box,
     ByColumn,
+    ByRow,
     Cells,
     Contact,
     Edges,
@@ -106,6 +107,7 @@ def build_model(case: Case) -> Model:
         cover_area=0.5 * n2 * radius * radius * sin(2.0 * pi / hoop),
         most_gas_work=most_pressure * pi * case.shell.diameter**2 * case.shell.height,
         mass=0.0 * line_mass if case.model.fidelity == "lumped" else line_mass * h2,
+        per_mass=np.concatenate(([0.0], 1.0 / (line_mass[1:-1] * h2), [0.0])),
         fabric=fabric,
         belts=belts,
         lobes=_lobes(belts.width if "belts" in case.contact else np.zeros(n1 + 1)),
@@ -159,9 +161,11 @@ def build_state(case: Case, model: Model) -> State:
         nodes=nodes,
         now=now,
         steps=np.zeros(1, np.int64),
-        stable_step=np.full(1, case.shell.height / case.cargo.velocity / LUMPED_STEPS),  # others choose theirs
+        choice=np.array([0, 1], np.int64),
+        stable_step=np.array([case.shell.height / case.cargo.velocity / LUMPED_STEPS, 0.0]),  # others choose theirs
         last_step=np.zeros(1),
         kinetic_start=np.array([now[History.KINETIC_ENERGY]]),
+        elastic_start=np.zeros(1),
         peaks=np.zeros((len(Peak), 3)),
         felt=np.zeros(1),
         work=Work(*(_rows(1, model.n1 + 1, Work._fields, FREE) if one_column else _rows(1, _lanes(model.n2), Work._fields))),
@@ -224,6 +228,7 @@ def build_sweep(model: Model) -> Sweep:
         top_hoop=Top(*_rows(1, lanes, Top._fields)),
         top_belt=Top(*_rows(1, lanes, Top._fields)),
         by_column=ByColumn(*_rows(1, lanes, ByColumn._fields)),
+        by_row=_by_row(model),
     )
 
 
@@ -231,11 +236,11 @@ def build_meridian(model: Model) -> Meridian:
     """Return the scratch arrays of a step of the axisymmetric shell."""
     nodes = model.n1 + 1
     edges = ("x", "z", "e", "tension_1", "force", "elastic")
-    others = [name for name in Meridian._fields if name not in (*edges, "area", "belt_rows")]
+    others = [name for name in Meridian._fields if name not in (*edges, "area", "belt_rows", "by_row")]
     scratch = dict(zip(edges, _rows(1, nodes, edges), strict=True))
     scratch |= dict(zip(others, _rows(1, nodes, others, FREE), strict=True))
     area = Rows(*_rows(1, PAD + nodes, Rows._fields, FREE))
-    return Meridian(**scratch, area=area, belt_rows=np.flatnonzero(model.belts.width))
+    return Meridian(**scratch, area=area, belt_rows=np.flatnonzero(model.belts.width), by_row=_by_row(model))
 
 
 def whole_model(case: Case) -> Model:
@@ -272,6 +277,10 @@ def initial_energy(case: Case, model: Model) -> float:
     mass = model.n2 * model.mass
     mass[-1] += model.cargo_mass
     return float(model.sector.copies * (0.5 * mass[1:].sum() * case.cargo.velocity**2 + case.gravity * (mass @ heights)))
+
+
+def _by_row(model: Model) -> ByRow:
+    return ByRow(*(np.zeros(model.n1 + 1) for _ in ByRow._fields))
 
 
 def _lanes(columns: int) -> int:

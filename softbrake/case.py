@@ -11,6 +11,7 @@ from typing import Any, Literal
 from softbrake.checker import Checker, Values, last_given, listed
 from softbrake.keys import (
     ALTERNATIVES,
+    AUTO_COURANT,
     BELTS,
     CONTACT,
     CONTACT_SETS,
@@ -129,7 +130,7 @@ class Grid:
 class Time:
     """Step and end of the run."""
 
-    courant: float  # Courant coefficient of (3.3); 1 is the limit of the undamped linear scheme
+    courant: float  # part of the longest stable step; above 1 nothing says that the run is stable
     end: float  # s
 
 
@@ -161,6 +162,7 @@ class Case:
     belts: tuple[Belt, ...]
     cargo: Cargo
     contact: tuple[str, ...]  # what stops the fabric, of keys.CONTACT
+    initial: Literal["unloaded", "inflated"]  # shape at first contact
     friction: float  # Coulomb's coefficient on ground and cover
     tolerance: float | None  # relative, of the impact velocity: then fidelity, grid and Courant number are chosen
     pressure: Pressure
@@ -316,10 +318,13 @@ class _CaseChecker(Checker):
         model = self.model(root, grid)
         contact = self.contact(root, model)
         pressure = self.pressure(root, shell, cargo, top)
+        self.initial(root, top, model, pressure)
         time = self.named(root, "time")
         output = self.named(root, "output")
         if self.faults:
             return None
+        if time["courant"] == "auto":
+            time["courant"] = _auto_courant(Shell(**shell), Fabric(**fabric), Grid(**grid))
         return Case(
             title=top.get("title", stem),
             gravity=top["gravity"],
@@ -328,6 +333,7 @@ class _CaseChecker(Checker):
             belts=belts,
             cargo=Cargo(**{"diameter": shell["diameter"], "height": None, **cargo}),
             contact=contact,
+            initial=top["initial"],
             friction=top["friction"],
             tolerance=top.get("tolerance", AUTO_TOLERANCE if model["fidelity"] == "auto" else None),
             pressure=pressure,
@@ -396,6 +402,20 @@ class _CaseChecker(Checker):
             fault = f"the {fidelity} shell does not know the cell scheme"
             self.fault(place, where, fault, "scheme: edge or fidelity: full is wanted")
         return model
+
+    def initial(self, root: Node, top: Values, model: Values, pressure: Pressure) -> None:
+        """A shell is inflated by the pressure it starts with."""
+        if top.get("initial") != "inflated" or self.faults:
+            return
+        place, where = last_given(root, "", ["initial"])
+        start = {"constant": pressure.value, "sine": 0.0, "table": pressure.values[0] if pressure.values else 0.0}[pressure.law]
+        if model["fidelity"] == "lumped":
+            self.fault(
+                place, where, "the lumped model has no shell to inflate", "initial: unloaded or another fidelity is wanted"
+            )
+        elif start == 0.0:
+            fault = f"the {pressure.law} law starts without pressure"
+            self.fault(place, where, fault, "initial: unloaded, or a pressure at t = 0 is wanted")
 
     def contact(self, root: Node, model: Values) -> tuple[str, ...]:
         assert isinstance(root.value, dict)
@@ -534,6 +554,15 @@ class _CaseChecker(Checker):
             place, where = last_given(node, "pressure", ["peak_time", "end_time"])
             fault = f"peak_time {values['peak_time']:.6g} s is not before end_time {values['end_time']:.6g} s"
             self.fault(place, where, fault, "peak_time < end_time is wanted")
+
+
+def _auto_courant(shell: Shell, fabric: Fabric, grid: Grid) -> float:
+    """Courant coefficient that is safe for the damping ratio of the grid's shortest waves, viscosity/(h sqrt(E density))."""
+    density = fabric.areal_density / (1.0 - fabric.nu12 * fabric.nu21)
+    along = shell.height / grid.generatrix * math.sqrt(fabric.E11 * density)
+    around = shell.diameter * math.sin(math.pi / grid.hoop) * math.sqrt(fabric.E22 * density)
+    ratio = fabric.viscosity / max(along, around)
+    return next(courant for least, courant in AUTO_COURANT if ratio >= least)
 
 
 def _belt(height: float, belt: Values, fabric: Values) -> Belt:

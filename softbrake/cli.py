@@ -92,12 +92,14 @@ def run(
         _check_writable(results, case_file)
 
     from softbrake import console
-    from softbrake.drop import Diverged
+    from softbrake.drop import Diverged, NotInflated
     from softbrake.ladder import run as simulate
     from softbrake.results import ResultError, tension_scale
 
     scale = tension_scale(case) if dimensionless else None
     _check_scale(scale)
+    if case.time.courant > 1.0 and case.tolerance is None:
+        typer.echo(f"time.courant {case.time.courant:g} exceeds the stable step, 1: expect the run to diverge", err=True)
     _announce_compiling(case, quiet)
     try:
         with console.progress(case.shell.height, quiet=quiet) as callback:
@@ -122,6 +124,8 @@ def run(
     except Diverged as error:
         if json:
             _show(error.summary, json, scale)
+        _fail(error, FAILED)
+    except NotInflated as error:
         _fail(error, FAILED)
     except (ResultError, ValueError) as error:
         _fail(error)
@@ -190,15 +194,20 @@ def init(
 @app.command()
 def info(result: ResultPath, json: Json = False, dimensionless: Dimensionless = False) -> None:
     """Print the summary of a result file again."""
-    from softbrake.results import ResultError, read_history, read_summary, read_tension_scale
+    from softbrake.results import ResultError, read_history, read_inflation, read_summary, read_tension_scale
 
     try:
+        inflation = read_inflation(result)
         summary = read_summary(result)
         scale = read_tension_scale(result) if dimensionless else None
         history = read_history(result)
     except ResultError as error:
         _fail(error)
-    if summary is not None:
+    if inflation is not None:
+        from softbrake import console
+
+        typer.echo(console.inflation_json(inflation)) if json else console.print_inflation(inflation)
+    elif summary is not None:
         _check_scale(scale)
         _show(summary, json, scale)
     else:
@@ -231,6 +240,110 @@ def plot(
     except OSError as error:
         _fail(f"{picture}: {error.strerror or error}")
     typer.echo(f"{picture} written")
+
+
+@app.command()
+def inflate(
+    case_file: CaseFile,
+    overrides: Overrides = None,
+    json: Json = False,
+    output: Annotated[
+        Path | None,
+        typer.Option("--output", "-o", metavar="FILE", help="Result file; default: CASE's name with -inflated.vtkhdf, here."),
+    ] = None,
+    no_results: Annotated[bool, typer.Option("--no-results", help="Write no result file.")] = False,
+    residual: Annotated[
+        float,
+        typer.Option(
+            "--residual", metavar="RATIO", min=1e-12, max=0.1, help="Of the forces out of balance over those of the gas."
+        ),
+    ] = 1e-6,
+) -> None:
+    """Inflate the shell under its cover, held: shape, tensions, force on the cover."""
+    if no_results and output is not None:
+        _fail("--output and --no-results exclude each other")
+    # The shape is asked for whatever the drop starts from; the checks of an inflated start hold for it too.
+    case = _load(case_file, [*(overrides or ()), "initial=inflated"])
+    results = None if no_results else output or Path(f"{case_file.stem}-inflated.vtkhdf")
+    if results is not None:
+        _check_writable(results, case_file)
+
+    from softbrake import console
+    from softbrake.drop import NotInflated
+    from softbrake.inflate import inflate as at_rest
+    from softbrake.results import ResultError
+
+    try:
+        answer = at_rest(case, results, residual)
+    except NotInflated as error:
+        _fail(error, FAILED)
+    except ResultError as error:
+        _fail(error)
+    except OSError as error:
+        _fail(f"{results}: {error}", FAILED)
+    except KeyboardInterrupt:
+        _fail("interrupted", INTERRUPTED)
+    if json:
+        typer.echo(console.inflation_json(answer))
+    else:
+        console.print_inflation(answer)
+
+
+@app.command()
+def stability(
+    case_file: CaseFile,
+    overrides: Overrides = None,
+    over: Annotated[
+        list[str] | None,
+        typer.Option("--over", metavar="PATH=A,B,...", help="Axis of a map, as fabric.viscosity=0,0.2,2. Repeatable."),
+    ] = None,
+    output: Annotated[
+        Path | None,
+        typer.Option("--output", "-o", metavar="PICTURE", help="Map as PNG, SVG or PDF; its points beside it as CSV."),
+    ] = None,
+) -> None:
+    """Find the longest stable step by trial, beside the predicted one; map it over keys of the case."""
+    case = _load(case_file, overrides)
+    if case.model.fidelity in ("lumped", "auto"):
+        _fail(
+            f"{case_file}: a case of fidelity {case.model.fidelity} has no grid whose waves could grow; --set model.fidelity=full"
+        )
+
+    from softbrake.plot import PlotError
+    from softbrake.stability import draw_map, edge_in_words, find_limit, read_axis, survey, write_csv
+
+    try:
+        axes = [read_axis(text) for text in over or ()]
+    except ValueError as error:
+        _fail(error)
+    if output is not None and not axes:
+        _fail("--output: a map wants at least one axis, --over")
+    picture = output or Path(f"{case_file.stem}-stability.png")
+    if axes:
+        _check_folder(picture)
+        for path, values in axes:  # faults are said before the first trial
+            for value in values:
+                _load(case_file, [*(overrides or ()), f"{path}={value}"])
+        typer.echo("  ".join((*(path for path, _ in axes), "predicted us", "found us", "ratio")))
+    points = (
+        survey(
+            lambda values: _load(case_file, [*(overrides or ()), *values]),
+            axes,
+            lambda point: typer.echo("  ".join((*point.values, *point.shown))),
+        )
+        if axes
+        else []
+    )
+    typer.echo(edge_in_words(find_limit(case)))
+    if axes:
+        try:
+            draw_map(points, axes, picture)
+            write_csv(points, axes, picture.with_suffix(".csv"))
+        except PlotError as error:
+            _fail(error)
+        except OSError as error:
+            _fail(f"{picture}: {error.strerror or error}", FAILED)
+        typer.echo(f"{picture} and {picture.with_suffix('.csv')} written")
 
 
 @app.command()
@@ -525,6 +638,14 @@ def _check_place(file: Path) -> None:
         _fail(f"{file}: there is no folder {file.parent}")
     if not os.access(file.parent, os.W_OK) or (file.exists() and not os.access(file, os.W_OK)):
         _fail(f"{file}: may not be written")
+
+
+def _check_folder(file: Path) -> None:
+    """Say before the work what would fail after it."""
+    import os
+
+    if not file.parent.is_dir() or not os.access(file.parent, os.W_OK):
+        _fail(f"{file}: may not be written; an existing folder is wanted")
 
 
 def _check_scale(tension_scale: float | None) -> None:

@@ -17,7 +17,7 @@ from rich.progress import BarColumn, TextColumn
 from rich.progress import Progress as Bar
 from rich.table import Table
 
-from softbrake.summary import Rung, Sensitivities, Summary
+from softbrake.summary import Inflation, Rung, Sensitivities, Summary
 
 if TYPE_CHECKING:
     from softbrake.case import FullStop
@@ -96,6 +96,46 @@ def print_summary(summary: Summary, tension_scale: float | None = None, console:
         console.print(f"error bar: {summary.fidelity_reason}", markup=False, highlight=False)
     if summary.results:
         console.print(f"results in {summary.results}", soft_wrap=True, markup=False, highlight=False)
+
+
+def inflation_json(inflation: Inflation) -> str:
+    """The static inflation as one JSON object."""
+    return json.dumps(asdict(inflation), indent=2, ensure_ascii=False, allow_nan=False)
+
+
+def print_inflation(inflation: Inflation) -> None:
+    """Print the static inflation in at most 80 columns."""
+    console = Console(highlight=False, markup=False, emoji=False)
+    console.print(inflation.title, style="bold", soft_wrap=True)
+    console.print(f"Inflated: at rest to a residual of {inflation.residual:.1e} after {inflation.steps} steps.")
+    table = _table()
+    for name, value, unit, note in (
+        ("pressure", f"{inflation.pressure / 1e3:.4g}", "kPa", ""),
+        ("height", f"{inflation.height:.5g}", "m", "held"),
+        ("largest radius", f"{inflation.largest_radius:.5f}", "m", f"{inflation.largest_radius_height:.3f} m up"),
+        ("volume", f"{inflation.volume:.5g}", "m^3", ""),
+        ("force on the cover", f"{inflation.cover_force:.2f}", "N", ""),
+        ("pull of the wall on it", f"{inflation.wall_pull:.2f}", "N", ""),
+        *(
+            (f"tension, {part}", f"{tension / 1e3:.4f}", "kN/m", note)
+            for part, tension, note in (
+                (
+                    "generatrix",
+                    inflation.tension_generatrix,
+                    f"largest; {inflation.middle_tension_generatrix / 1e3:.4f} at mid-height",
+                ),
+                ("hoop", inflation.tension_hoop, f"largest; {inflation.middle_tension_hoop / 1e3:.4f} at mid-height"),
+                ("belt", inflation.tension_belt, "largest"),
+            )
+            if tension is not None
+        ),
+        ("frequency", f"{inflation.frequency:.1f}", "Hz", "of the motion that came to rest last"),
+    ):
+        table.add_row(name, value, unit, note)
+    console.print()
+    console.print(table)
+    if inflation.results:
+        console.print(f"\nresults in {inflation.results}", soft_wrap=True)
 
 
 def outcome_in_words(summary: Summary) -> str:

@@ -31,10 +31,12 @@ from softbrake.case import Case, parse_case, starter
 from softbrake.kernels.fields import sample_fields
 from softbrake.kernels.jit import CACHE_FOLDER, PACKAGE, hash_sources
 from softbrake.kernels.lumped import advance_lumped
-from softbrake.kernels.meridian import advance_meridian
+from softbrake.kernels.meridian import advance_meridian, stable_step_of_meridian
 from softbrake.kernels.motion import close_nodes
 from softbrake.kernels.pressure import pressure_at
 from softbrake.kernels.step import advance
+from softbrake.kernels.timestep import stable_step
+from softbrake.relax import TOLERANCE, Relaxation, relax
 from softbrake.results import ResultFile
 from softbrake.state import PAD, Floats, FoldCount, History, Meridian, Model, Nodes, Outcome, Peak, State, Sweep
 from softbrake.summary import ModelUsed, Summary, Work
@@ -43,6 +45,7 @@ from softbrake.summary import Peak as PeakFound
 KERNELS = {"full": advance, "sector": advance, "axisymmetric": advance_meridian, "lumped": advance_lumped}
 NODE_STEPS_PER_CHUNK = 2_000_000  # about 0.1 s between chances for progress and Ctrl-C
 HISTORY_ROWS = 4096
+VISCOUS = 1.5  # times longer would the stable step be without viscosity: then that is its limit
 NEVER = 2**62  # steps between rows of a history that nobody reads
 BURST = 1.5  # median hoop stretch; skeleton fabrics are used up to 1.3, and a faulty step stretches a few nodes only
 
@@ -69,6 +72,10 @@ class Diverged(Exception):
 
     def __str__(self) -> str:
         return str(self.args[0])
+
+
+class NotInflated(Exception):
+    """The shell found no shape of rest; the message says how far it came and the likely cause."""
 
 
 def kernels_cached(case: Case, every: bool = False) -> bool:
@@ -128,6 +135,7 @@ class Drop:
     """A drop under way."""
 
     def __init__(self, case: Case) -> None:
+        """Allocate the arrays; `initial: inflated` also inflates the shell. Raises NotInflated."""
         self.case = case
         self.model: Model = build_model(case)
         self.state: State = build_state(case, self.model)
@@ -137,6 +145,29 @@ class Drop:
         self.interval = case.output.history_interval  # steps between rows of the history
         self.most = max(NODE_STEPS_PER_CHUNK // ((self.model.n1 + 1) * self.model.n2), 1)  # steps of a chunk
         self.kernel_seconds = 0.0
+        if case.initial == "inflated" and case.model.fidelity != "lumped":  # gas alone has no shape
+            self.inflate()
+            shape, stored = self.state.nodes, -self.now(History.WORK_ELASTIC) - self.now(History.WORK_BELTS)
+            self.state = build_state(case, self.model)
+            self.state.elastic_start[0] = stored
+            for part, inflated in zip(self.state.nodes[:3], shape[:3], strict=True):
+                part[:] = inflated
+
+    def step(self, model: Model) -> Outcome:
+        """Advance by one step of another model of the same arrays."""
+        kernel = KERNELS[self.case.model.fidelity]
+        return Outcome(kernel(model, self.state, self.sweep, self.history, 1, 1, math.inf)[1])
+
+    def inflate(self, tolerance: float = TOLERANCE) -> Relaxation:
+        """Bring the shell to rest under its cover, which is held, and the pressure of t = 0; see `relax`. Raises NotInflated."""
+        found = relax(self.model, self.state, self.step, tolerance)
+        if not found.converged:
+            if math.isinf(found.residual):
+                why = "it grows without end; most likely the fabric is too soft for the pressure, and bursts"
+            else:
+                why = f"residual {found.residual:.3g}, not {tolerance:.3g}; most likely slack fabric that nothing holds still"
+            raise NotInflated(f"not inflated: the shell is not at rest after {found.steps} steps: {why}")
+        return found
 
     def advance(self, until: float = math.inf, most: int = 2**62) -> tuple[Floats, Outcome]:
         """Advance to a time (s) or by a number of steps, and no further than one block of history rows.
@@ -323,24 +354,58 @@ class Drop:
         model, nodes = self.whole_shell()
         speed = np.sqrt(sum(grid_view(part, model) ** 2 for part in (nodes.u, nodes.v, nodes.w)))
         row, column = np.unravel_index(int(np.argmax(np.where(np.isfinite(speed), speed, np.inf))), speed.shape)
-        kinetic = self.now(History.KINETIC_ENERGY)
-        if math.isfinite(kinetic):
-            excess = f"kinetic energy {kinetic:.4g} J, more than start, gravity and gas can have given"
-        else:
+        kinetic, gain = self.now(History.KINETIC_ENERGY), self.fabric_gain()
+        if not math.isfinite(kinetic):
             excess = "kinetic energy not finite"
-        stretch = float(np.median(self.fields()["stretch_hoop"]))
-        if stretch > BURST:
-            cause = (
-                f"the fabric bursts: half of the hoops, stretched {stretch:.3g} times and more, find no balance with the pressure"
-            )
-        elif self.case.model.scheme == "cell":
-            cause = "the printed scheme's averages do not feel a checkerboard of folds; model.scheme=edge does"
+        elif gain > 0.0:
+            excess = f"fabric and belts gave {gain:.4g} J more than they took"
         else:
-            cause = f"the step is too large for this state; try time.courant={0.5 * self.case.time.courant:g}"
+            excess = f"kinetic energy {kinetic:.4g} J, more than start, gravity and gas can have given"
         return (
             f"diverged at {self.now(History.TIME):.6g} s, step {int(self.state.steps[0])}: {excess}; "
-            f"fastest node: row {row} of {model.n1}, column {column}, at {speed[row, column]:.4g} m/s; most likely {cause}"
+            f"fastest node: row {row} of {model.n1}, column {column}, at {speed[row, column]:.4g} m/s; "
+            f"most likely {self._cause()}"
         )
+
+    def fabric_gain(self) -> float:
+        """Return what fabric and belts gave beyond what they took and had at the start, J: above 0, energy from nowhere."""
+        works = (History.WORK_ELASTIC, History.WORK_VISCOUS, History.WORK_BELTS)
+        return sum(self.now(work) for work in works) - float(self.state.elastic_start[0])
+
+    def _cause(self) -> str:
+        """Most likely cause of a divergence, in words, with what helps."""
+        case, fabric = self.case, self.case.fabric
+        stretch = float(np.median(self.fields()["stretch_hoop"]))
+        if stretch > BURST:
+            return (
+                f"the fabric bursts: half of the hoops, stretched {stretch:.3g} times and more, find no balance with the pressure"
+            )
+        if self.model.courant > 1.0:
+            return f"{self._limit()} exceeded {self.model.courant:.3g} times; try time.courant=auto"
+        if case.model.scheme == "cell":
+            return "the printed scheme's averages do not feel a checkerboard of folds; model.scheme=edge does"
+        if fabric.law == "true_tension" or (fabric.slack == "cut" and fabric.nu12 > 0.0):
+            return (
+                "tensions without a potential, which gain energy where fabric gets slack and taut again; "
+                "try more viscosity, or fabric.law=nominal_tension with fabric.slack=wrinkle"
+            )
+        return (
+            "waves near the limit of the step, which fabric that gets slack and taut again feeds; "
+            f"try time.courant={0.5 * case.time.courant:g}"
+        )
+
+    def _limit(self) -> str:
+        """What limits the step, and where: of the shell as it started, the only one known to be sound."""
+        kernel = stable_step_of_meridian if self.case.model.fidelity in ONE_COLUMN else stable_step
+        nodes, model = build_state(self.case, self.model).nodes, self.model
+        longest = kernel(model, nodes, self.sweep)
+        row = int(np.argmax(self.sweep.by_row.rate))
+        calm = model._replace(
+            fabric=model.fabric._replace(viscosity=0.0), belts=model.belts._replace(viscosity=0.0 * model.belts.viscosity)
+        )
+        viscous = kernel(calm, nodes, self.sweep) > VISCOUS * longest
+        where = "at the belt cells" if model.belts.width[row] > 0.0 else f"at row {row}"
+        return f"the {'viscosity' if viscous else 'stiffness'} limit of the step {where}"
 
 
 def _margin(strength: float | None, tension: float) -> float | None:

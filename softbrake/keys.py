@@ -24,6 +24,7 @@ class Key:
     least: float | None = None
     most: float | None = None
     many: bool = False  # a list of such values
+    auto: str = ""  # the word auto is allowed; what a number looks like
 
     @property
     def wanted(self) -> str:
@@ -33,7 +34,7 @@ class Key:
         phrase = {int: "an integer", str: "a text"}[self.kind] if isinstance(self.kind, type) else self.kind.phrase
         limits = ((">", self.above), (">=", self.least), ("<=", self.most))
         bounds = " and ".join(f"{sign} {bound:g}" for sign, bound in limits if bound is not None)
-        return f"{phrase} {bounds}".rstrip() + f" such as '{self.example}'"
+        return ("auto or " if self.auto else "") + f"{phrase} {bounds}".rstrip() + f" such as '{self.auto or self.example}'"
 
     def convert(self, value: Any) -> float | int | str:
         """SI value of a scalar of the file; ValueError says in words what is wrong with it."""
@@ -42,6 +43,8 @@ class Key:
         if isinstance(value, (list, dict)):
             raise ValueError(f"{'a list' if isinstance(value, list) else 'a mapping'} is not one value")
         shown = f"'{value}'" if isinstance(value, str) else str(value).lower()
+        if self.auto and value == "auto":
+            return "auto"
         if isinstance(self.kind, tuple):
             if value not in self.kind or not isinstance(value, str):
                 raise ValueError(f"unknown value {shown}")
@@ -119,6 +122,10 @@ PRESSURE = {
 }
 LAW = Key("law", tuple(PRESSURE), "over time; sine is (2.10)", "constant", required=True)
 
+# Courant coefficient by the damping ratio of the shortest wave, from which on no scene of benchmarks/stability.py gains energy:
+# the bound is that of a taut shell; fabric that gets slack and taut again feeds waves near it, unless viscosity eats them.
+AUTO_COURANT = ((0.03, 0.95), (0.01, 0.75), (0.003, 0.6), (0.0, 0.35))
+
 CONTACT = ("ground", "belts", "cover", "cargo", "axis", "folds")  # what stops the fabric
 RESIDUAL = {"cut": 0.0, "wrinkle": 0.005, "compression": 1.0}  # default by what slack fabric does
 UNKNOWN_CONTACT = {"full": ("axis",), "sector": ("axis", "folds"), "axisymmetric": (), "lumped": (), "auto": ()}  # by fidelity
@@ -140,6 +147,7 @@ TOP = (
         above=0,
         most=0.5,
     ),
+    Key("initial", ("unloaded", "inflated"), "shape at first contact", "unloaded", default="unloaded"),
     Key("friction", Dimension.RATIO, "Coulomb's coefficient of fabric on ground and cover", "0.3", default=0.0, least=0),
 )
 SECTIONS: dict[str, tuple[Key, ...]] = {
@@ -189,7 +197,15 @@ SECTIONS: dict[str, tuple[Key, ...]] = {
         Key("hoop", int, "cells around the hoop", "90", default=90, least=8, most=10_000),
     ),
     "time": (
-        Key("courant", Dimension.RATIO, "Courant coefficient of the step (3.3), at most 1", "0.5", default=0.5, above=0, most=1),
+        Key(
+            "courant",
+            Dimension.RATIO,
+            "part of the longest stable step (3.3), or auto",
+            "auto",
+            default="auto",
+            above=0,
+            auto="0.5",
+        ),
         Key("end", Dimension.TIME, "of the run, if nothing stops it before", "1 s", default=1.0, above=0),
     ),
     "model": (
@@ -298,7 +314,8 @@ def _value_schema(key: Key) -> dict[str, Any]:
         bounds = {"exclusiveMinimum": key.above, "minimum": key.least, "maximum": key.most}
         value = {"type": "integer" if key.kind is int else "number"} | {k: v for k, v in bounds.items() if v is not None}
         if isinstance(key.kind, Dimension):
-            value = {"anyOf": [value, {"$ref": "#/$defs/quantity"}]}
+            words = [{"const": "auto"}] if key.auto else []
+            value = {"anyOf": [value, *words, {"$ref": "#/$defs/quantity"}]}
     if key.many:
         value = {"type": "array", "minItems": 2, "items": value}
     value["description"] = _describe(key)

@@ -2,7 +2,8 @@
 
     /VTKHDF     one PolyData of shell, belts, covers and ground; a step per snapshot; written in VTK's order: lines, then polygons
     /history    a row per recorded step, columns named as `state.History` in lower case, units in attributes
-    /softbrake  attributes version, source_hash and tension_scale; JSON texts `case` and, once the run has ended, `summary`
+    /softbrake  attributes version, source_hash and tension_scale; JSON texts `case` and, once the run has ended, `summary`,
+                or `inflation` of a shell at rest
 
 Snapshots and history are kept for half a second and then written together, the step counter last, and flushed: the file of a
 killed run stays readable, and lacks that much at most.
@@ -26,7 +27,7 @@ from numpy.typing import NDArray
 
 from softbrake.case import Case, case_to_dict
 from softbrake.state import UNITS, Floats, History
-from softbrake.summary import ModelUsed, Peak, Rung, Sensitivities, Sensitivity, Summary, Work
+from softbrake.summary import Inflation, ModelUsed, Peak, Rung, Sensitivities, Sensitivity, Summary, Work
 
 
 class ResultError(Exception):
@@ -165,6 +166,11 @@ class ResultFile:
         self._file["softbrake/summary"] = json.dumps(asdict(summary))
         self._write()
 
+    def write_inflation(self, inflation: Inflation) -> None:
+        """Keep the answer of a static inflation."""
+        self._file["softbrake/inflation"] = json.dumps(asdict(inflation))
+        self._file.flush()
+
     def close(self) -> None:
         """Write what was kept and close the file; a second call does nothing."""
         if self._file:
@@ -209,6 +215,12 @@ def read_summary(path: Path | str) -> Summary | None:
     if (found := text.get("sensitivity")) is not None:
         text["sensitivity"] = Sensitivities(**{**found, "inputs": [Sensitivity(**row) for row in found["inputs"]]})
     return Summary(**text)
+
+
+def read_inflation(path: Path | str) -> Inflation | None:
+    """The answer of a static inflation; None in the file of a drop. Raises ResultError."""
+    with _open(path) as file:
+        return Inflation(**json.loads(file["softbrake/inflation"][()])) if "softbrake/inflation" in file else None
 
 
 def read_case(path: Path | str) -> dict[str, Any]:

@@ -221,6 +221,7 @@ class Model(NamedTuple):
     cover_area: float  # m^2, of the polygon of the row on the cover; one sector's share
     most_gas_work: float  # J, more than gas can give: largest pressure times the volume at twice the diameter
     mass: Floats  # kg, of a node of each row, (n1+1,)
+    per_mass: Floats  # 1/kg, likewise, zero for the held rows 0 and n1
     fabric: Fabric
     belts: Belts
     lobes: Lobes
@@ -325,9 +326,11 @@ class State(NamedTuple):
     nodes: Nodes
     now: Floats  # (len(History),), see History
     steps: Ints  # (1,), steps done
-    stable_step: Floats  # (1,), s, as last chosen, at Courant coefficient 1
+    choice: Ints  # (2,), of the step: due after so many steps, and the number of steps that was from the last one
+    stable_step: Floats  # (2,), s: as last chosen, at Courant coefficient 1, and the limit found then
     last_step: Floats  # (1,), s, the step from n-1 to n; 0 at the start, which staggers it
     kinetic_start: Floats  # (1,), J
+    elastic_start: Floats  # (1,), J, stored in fabric and belts at the start
     peaks: Floats  # (len(Peak), 3): value, time (s), row
     felt: Floats  # (1,) m/s^2, acceleration of the cargo behind a low-pass
     work: Work
@@ -366,6 +369,15 @@ class Rows(NamedTuple):
     z: Floats
 
 
+class ByRow(NamedTuple):
+    """What the last choice of the step found at each row of nodes; each (n1+1,), zero at held rows."""
+
+    e1: Floats  # largest elongation of the edges above, not below 0
+    e2: Floats  # of the hoop's
+    skew: Floats  # largest squared cosine between an edge of either direction; of the meridian and the radius
+    rate: Floats  # 1/s, two over the longest step
+
+
 class Meridian(NamedTuple):
     """Scratch of the axisymmetric shell's step: values of edges, (n1,), in front, and of nodes, (n1+1,)."""
 
@@ -390,7 +402,7 @@ class Meridian(NamedTuple):
     contact: Floats  # J, scratch
     lift: Floats  # N s, of the ground on the node in the push
     impulse: Floats  # N s, of the ground on it where lobes were parted
-    rate: Floats  # 1/s, fastest, for the choice of the step
+    by_row: ByRow
     area: Rows  # m^2, area vectors of the nodes outwards; node i at PAD + i
     belt_rows: Ints  # rows that carry a belt
 
@@ -403,14 +415,14 @@ class Top(NamedTuple):
 
 
 class ByColumn(NamedTuple):
-    """Sums of the step, and the largest rate, by column; each (n2 in whole PADs,)."""
+    """Sums of the step by column; each (n2 in whole PADs,)."""
 
     kinetic: Floats  # J
     lift: Floats  # N s, of the ground on the fabric of the row under way
     impulse: Floats  # N s, of the ground on the fabric of all rows so far
     on_ground: Floats  # m^2, of the fabric on the ground
     on_cargo: Floats  # N s, of the fabric on cover and cargo, upwards
-    rate: Floats  # 1/s, fastest, for the choice of the step
+    rate: Floats  # scratch between steps
 
 
 class Sweep(NamedTuple):
@@ -429,3 +441,4 @@ class Sweep(NamedTuple):
     top_hoop: Top
     top_belt: Top
     by_column: ByColumn
+    by_row: ByRow

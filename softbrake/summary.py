@@ -53,6 +53,29 @@ class Rung:
 
 
 @dataclass(frozen=True)
+class Inflation:
+    """Shell at rest under a held cover, SI units."""
+
+    title: str
+    pressure: float  # Pa
+    height: float  # m, of the cover
+    largest_radius: float  # m, mean around the hoop
+    largest_radius_height: float  # m above the ground
+    volume: float  # m^3, of the gas
+    cover_force: float  # N, on the cover from gas and fabric, up positive
+    wall_pull: float  # N, of the fabric on the cover, down positive
+    tension_generatrix: float  # N/m, largest
+    tension_hoop: float  # N/m, largest
+    tension_belt: float | None  # N/m, largest; None without belts
+    middle_tension_generatrix: float  # N/m, at half the unloaded height, mean around the hoop
+    middle_tension_hoop: float  # N/m
+    frequency: float  # Hz, of the motion that came to rest last
+    residual: float  # of forces out of balance over those of the pressure, or of what is left to go over the radius
+    steps: int
+    results: str | None  # path of the result file
+
+
+@dataclass(frozen=True)
 class Sensitivity:
     """What one input does to the answers."""
 

@@ -391,35 +391,59 @@ def step(model: Model, x: Floats, v: Floats, time: float, dt: float, step: float
 
 
 def stable_step(model: Model, x: Floats) -> float:
-    """Least bound over the free nodes of (2/ω)(√(1 + ξ²) - ξ), s: leapfrog with damping forces at n-1/2, ξ = D/2ω.
+    """The bound of kernels/timestep.py, s: each wave by the edges that hold it, by the largest stretches of its row."""
+    fabric, belts, n1 = model.fabric, model.belts, model.n1
+    s, edge = stretches(fabric, x, np.zeros_like(x)), differences(x)
+    e1 = np.maximum(s.e1.max(axis=1), 0.0)  # of the edges above each row
+    e2 = np.maximum(s.e2.max(axis=1), 0.0)
+    e2[[0, n1]] = 0.0
+    unit_1, unit_2 = (
+        np.where(taut[..., None], vectors / length(vectors)[..., None], 0.0)
+        for vectors, taut in ((edge.along_1, s.e1 > -0.02), (edge.along_2, s.e2 > -0.02))
+    )
+    true, least, p = fabric.true_tension, np.inf, model.pressure.most
+    for i in range(1, n1):
+        corners = [dot(g[k], h) for k in (i - 1, i) for g in (unit_1,) for h in (unit_2[i], left(unit_2)[i])]
+        skew = float(np.max(np.square(corners)))
+        mass = model.mass[i]
+        around, across = 4.0 / mass, {}
+        stiff_1 = damper_1 = pull_1 = both = 0.0
+        for k, other in ((i - 1, i - 1), (i, i + 1)):  # edge below, edge above, and the row at its other end
+            between = 1.0 / mass + (0.0 if other in (0, n1) else 1.0 / model.mass[other])
+            across[k] = 0.5 * (e2[k] + e2[k + 1])
+            width = fabric.h2 * (1.0 + true * across[k])
+            stiff_1 += between * fabric.c11 * width / fabric.h1
+            damper_1 += between * fabric.viscosity * width / fabric.h1
+            pull_1 += 2.0 / mass * max(fabric.c11 * e1[k] + fabric.c12 * across[k], 0.0) * width / (fabric.h1 * (1.0 + e1[k]))
+            both += between
+        longer = max(e1[i - 1], e1[i])
+        width = fabric.h1 * (1.0 + true * 0.5 * (e1[i - 1] + e1[i]))
+        load = max(fabric.c22 * e2[i] + fabric.c21 * longer, 0.0) * width + belts.stiffness[i] * e2[i]
+        stiff_2 = around * (fabric.c22 * width + belts.stiffness[i]) / fabric.h2
+        damper_2 = around * (fabric.viscosity * width + belts.viscosity[i]) / fabric.h2
+        pull_2 = around * load / (fabric.h2 * (1.0 + e2[i]))
 
-    ω² = 4 k/m and D = 4 c/m are those of the shortest wave; D also has what
-    (2.11) takes off the pressure per velocity, 2 ν^n p. Along the motion k is the stiffness of taut fabric and belt, across
-    it their tension over the edge's length, and in shear G12 times the square of the stretch along the motion.
-    """
-    fabric, belts = model.fabric, model.belts
-    s = stretches(fabric, x, np.zeros_like(x))
-    least = np.inf
-    for i in range(1, model.n1):
-        for j in range(model.n2):
-            e1 = max(s.e1[i - 1, j], s.e1[i, j], 0.0)
-            e2 = max(s.e2[i, j - 1], s.e2[i, j], 0.0)
-            width_1 = fabric.h2 * (1.0 + fabric.true_tension * e2)  # m, of fabric that pulls along the generatrix
-            width_2 = fabric.h1 * (1.0 + fabric.true_tension * e1)
-            length_1, length_2 = fabric.h1 * (1.0 + e1), fabric.h2 * (1.0 + e2)
-            load_1 = max(fabric.c11 * e1 + fabric.c12 * e2, 0.0) * width_1
-            load_2 = max(fabric.c22 * e2 + fabric.c21 * e1, 0.0) * width_2 + belts.stiffness[i] * e2
-            stiffness_1 = fabric.c11 * width_1 / fabric.h1 + load_2 / length_2
-            stiffness_1 += fabric.g12 * (1.0 + e1) ** 2 * fabric.h1 / fabric.h2
-            stiffness_2 = (fabric.c22 * width_2 + belts.stiffness[i]) / fabric.h2 + load_1 / length_1
-            stiffness_2 += fabric.g12 * (1.0 + e2) ** 2 * fabric.h2 / fabric.h1
-            damper_1 = fabric.viscosity * width_1 / fabric.h1
-            damper_2 = (fabric.viscosity * width_2 + belts.viscosity[i]) / fabric.h2
-            gas = 2.0 * model.pressure.damping * model.pressure.most * length_1 * length_2  # of the node's area, N s/m
-            for stiffness, damper in ((stiffness_1, damper_1), (stiffness_2, damper_2)):
-                frequency = sqrt(4.0 * stiffness / model.mass[i])
-                xi = (4.0 * damper + gas) / model.mass[i] / (2.0 * frequency)
-                least = min(least, 2.0 / frequency * (sqrt(1.0 + xi * xi) - xi))
+        def joined(one: float, other: float, cosine: float = sqrt(skew)) -> float:
+            n, m = np.array([1.0, 0.0]), np.array([cosine, sqrt(1.0 - min(cosine**2, 1.0))])
+            return float(np.linalg.eigvalsh(one * np.outer(n, n) + other * np.outer(m, m)).max())
+
+        shear_1 = around * fabric.g12 * (1.0 + longer) ** 2 * fabric.h1 / fabric.h2
+        shear_2 = both * fabric.g12 * (1.0 + e2[i]) ** 2 * fabric.h2 / fabric.h1
+        if model.scheme == Scheme.EDGE:
+            wide_1, wide_2 = 1.0 + true * longer, 1.0 + true * e2[i]
+            by_e2 = fabric.c12 * wide_2 + true * (fabric.c11 * longer + fabric.c12 * e2[i])
+            by_e1 = fabric.c21 * wide_1 + true * (fabric.c22 * e2[i] + fabric.c21 * longer)
+            fast = max(stiff_1, stiff_2)
+            coupled = shear_1 + shear_2 + fast * sqrt(by_e2 * by_e1 / (fabric.c11 * wide_2 * fabric.c22 * wide_1))
+            square = pull_1 + pull_2 + joined(max(stiff_1 - pull_1, 0.0), max(stiff_2 - pull_2, 0.0))
+            square += max(coupled - fast, 0.0) ** 2 / (4.0 * max(coupled, fast))
+        else:
+            square = max(joined(stiff_1, stiff_2), pull_1 + pull_2, shear_1, shear_2)
+        length_1, length_2 = fabric.h1 * (1.0 + longer), fabric.h2 * (1.0 + e2[i])
+        frequency = sqrt(square + p * (length_1 + length_2) / mass)
+        damping = joined(damper_1, damper_2) + 2.0 * model.pressure.damping * p * length_1 * length_2 / mass
+        xi = damping / (2.0 * frequency)
+        least = min(least, 2.0 / frequency * (sqrt(1.0 + xi * xi) - xi))
     return least
 
 

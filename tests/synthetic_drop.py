@@ -23,6 +23,7 @@ def case(generatrix: int = 36, hoop: int = 90, belts: int = 3) -> Case:
         belts=tuple(Belt(0.6 * (k + 1) / (belts + 1), 1667.0, 0.004, 0.0167) for k in range(belts)),
         cargo=Cargo(100.0, SPEED, 0.5, None),
         contact=("ground",),
+        initial="unloaded",
         friction=0.0,
         tolerance=None,
         pressure=Pressure("constant", PRESSURE, 0.0, 0.0, (), (), 0.0),

@@ -118,7 +118,11 @@ def test_defaults() -> None:
     assert got.belts == ()
     assert got.pressure.damping == 0
     assert (got.grid.generatrix, got.grid.hoop, got.model.scheme) == (36, 90, "edge")
-    assert (got.time.courant, got.time.end) == (0.5, 1)
+    assert (got.time.courant, got.time.end) == (0.95, 1)
+    assert case("time: {courant: auto}\n").time == got.time
+    for viscosity, courant in ((0.02, 0.95), (0.01, 0.75), (0.002, 0.6), (0.001, 0.35), (0, 0.35)):
+        assert case("", f"fabric.viscosity={viscosity}").time.courant == courant  # over 0.55 N s/m: the ratio of 0.0175 m edges
+    assert case("time: {courant: 1.5}\n").time.courant == 1.5  # at the user's own risk
     assert got.output.snapshot_interval == pytest.approx(1 / 150)
     assert got.output.history_interval == 1
     assert case("time: {end: 0.3 s}\n").output.snapshot_interval == pytest.approx(0.002)
@@ -221,7 +225,11 @@ END = GOOD.count("\n") + 1
             "{}:13: time.end: 1e-200 is not between 1e-30 and 1e30 in SI units; a time > 0 such as '1 s' is wanted",
         ),
         ("time: {end: 1" + 400 * "0" + "}", "{}:13: time.end: inf is not a finite number; a time > 0 such as '1 s' is wanted"),
-        ("time: {courant: 1.5}", "{}:17: time.courant: 1.5 is out of range; a ratio > 0 and <= 1 such as '0.5' is wanted"),
+        ("time: {courant: 0}", "{}:17: time.courant: 0 is out of range; auto or a ratio > 0 such as '0.5' is wanted"),
+        (
+            "time: {courant: fast}",
+            "{}:17: time.courant: 'fast' is not a number with a unit; auto or a ratio > 0 such as '0.5' is wanted",
+        ),
         ("time: {end: 1 sec}", "{}:13: time.end: unknown unit 'sec'; a time > 0 such as '1 s' is wanted"),
         (
             "grid: {generatrix: 3}",

@@ -63,7 +63,7 @@ RUNS = {
     "paper": ("paper", ()),
     "belts, shear, nominal tension": ("belts-list", COARSE),
     "compression": ("no-belts", (*COARSE, "fabric.slack=compression", "fabric.viscosity=1")),
-    "undamped": ("no-belts", (*COARSE, "fabric.viscosity=0", "fabric.G12=2000")),
+    "undamped": ("no-belts", (*COARSE, "fabric.viscosity=0", "fabric.G12=2000", "time.end=20 ms")),
     "pressure damped": ("sine", (*COARSE, "pressure.damping=0.02")),
     "printed scheme": ("paper", (*COARSE, "model.scheme=cell", "time.end=20 ms", "fabric.G12=400")),
     "printed scheme, nominal tension": ("belts-list", (*COARSE, "model.scheme=cell", "time.end=20 ms")),

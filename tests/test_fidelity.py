@@ -13,8 +13,7 @@ from softbrake.build import grid_view
 from softbrake.case import CaseError, load_case
 from softbrake.drop import Drop
 from softbrake.kernels.contact import GAP
-from softbrake.kernels.course import STEPS_PER_STEP_CHOICE
-from softbrake.kernels.meridian import advance_meridian, stable_step_of_meridian, sweep_meridian
+from softbrake.kernels.meridian import advance_meridian, stable_step_of_meridian
 from softbrake.kernels.step import advance
 from softbrake.results import read_history, read_snapshots
 from softbrake.state import PAD, Floats, History, Outcome, Peak
@@ -64,9 +63,11 @@ def follow(falling: Drop, history: Floats) -> Floats:
         return advance_to(falling, history[-1, History.TIME] + 0.5 * last if last > 0.0 else np.inf)
     rows = []
     for length in history[history[:, History.TIME_STEP] > 0.0, History.TIME_STEP]:
-        chosen = falling.state.stable_step[0]
-        if falling.state.steps[0] % STEPS_PER_STEP_CHOICE == 0:
-            chosen = stable_step_of_meridian(falling.model, falling.state.nodes, falling.sweep)
+        chosen, limit = falling.state.stable_step
+        if falling.state.steps[0] >= falling.state.choice[0]:
+            safe = stable_step_of_meridian(falling.model, falling.state.nodes, falling.sweep)
+            safe *= min(safe / limit, 1.0) if limit > 0.0 else 1.0
+            chosen = safe if limit == 0.0 or safe < chosen or safe > 1.2 * chosen else chosen
         falling.model = falling.model._replace(courant=length / chosen)
         new, outcome = falling.advance(most=1)
         rows.append(new.copy())
@@ -368,41 +369,6 @@ def test_everything_stops_the_fabric_by_default(tmp_path: Path) -> None:
     file.write_text("\n".join(line for line in text if not line.startswith("contact")), encoding="utf-8")
     assert load_case(file).contact == ("ground", "cover", "cargo")
     assert load_case(file, PARTS["axisymmetric"]).contact == ("ground", "cover", "cargo", "axis", "folds")
-
-
-@pytest.mark.parametrize("overrides", [(), ("fabric.viscosity=1",), ("pressure.damping=0.002",), ("belts.layers=20",)])
-def test_stable_step_is_that_of_the_linearised_scheme(overrides: tuple[str, ...]) -> None:
-    """What small changes of places and velocities are a step later: an eigenvalue passes -1 just above the step chosen.
-
-    Of the stretched shell at 5 ms, whose viscosity, gas and belts act in full; the cargo held.
-    """
-    falling = drop("paper", "grid={generatrix: 40, hoop: 60}", "belts.width=15 mm", *PARTS["axisymmetric"], *overrides)
-    falling.model = falling.model._replace(cargo_mass=1e12, contact=falling.model.contact._replace(ground=-np.inf))
-    advance_to(falling, 5e-3)
-    nodes, model = falling.state.nodes, falling.model
-    chosen = stable_step_of_meridian(model, nodes, falling.sweep)
-    parts = (nodes.x, nodes.z, nodes.u, nodes.w)
-    start = np.concatenate([part[1:-1] for part in parts])
-    kept = [part.copy() for part in nodes]
-
-    def after(change: Floats, length: float) -> Floats:
-        for part, old in zip(nodes, kept, strict=True):
-            part[:] = old
-        for part, values in zip(parts, np.split(start + change, 4), strict=True):
-            part[1:-1] = values
-        sweep_meridian(model, falling.state, falling.sweep, length, length)
-        return np.concatenate([part[1:-1] for part in parts])
-
-    def swings(length: float) -> bool:
-        tiny = 1e-6
-        columns = [(after(tiny * unit, length) - after(-tiny * unit, length)) / (2 * tiny) for unit in np.eye(len(start))]
-        return bool(np.linalg.eigvals(np.array(columns).T).real.min() < -1.0)
-
-    low, high = 0.5, 3.0
-    while high - low > 0.002:
-        middle = 0.5 * (low + high)
-        low, high = (low, middle) if swings(middle * chosen) else (middle, high)
-    assert 1.0 < low < 1.25
 
 
 # --- gas alone -------------------------------------------------------------------------------------------------------------

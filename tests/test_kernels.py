@@ -19,7 +19,7 @@ from softbrake.build import grid_view
 from softbrake.case import parse_case
 from softbrake.drop import Drop
 from softbrake.kernels import fabric, pressure
-from softbrake.kernels.course import FELT, STEPS_PER_STEP_CHOICE, event_time
+from softbrake.kernels.course import FELT, event_time
 from softbrake.kernels.fields import sample_fields
 from softbrake.kernels.jit import NoAlias
 from softbrake.kernels.step import advance
@@ -38,6 +38,7 @@ belts:
 cargo:    {mass: 100 kg, velocity: 6 m/s}
 pressure: {law: sine, value: 15 kPa, peak_time: 2 ms, end_time: 0.2 s, damping: 0.01 s/m}
 grid:     {generatrix: 6, hoop: 10}
+time:     {courant: 0.5}
 """
 TABLE = "{law: table, times: [0 s, 1 ms, 0.1 s], values: [5 kPa, 15 kPa, 0 Pa], damping: 0.01 s/m}"
 VARIANTS = {
@@ -94,6 +95,7 @@ def shell_with(drop: Drop, x: Floats, v: Floats) -> Shell:
     parts = [*np.moveaxis(x, -1, 0), *np.moveaxis(v, -1, 0)]
     for flat, values in zip(drop.state.nodes, parts, strict=True):
         flat.reshape(len(values), -1)[:, PAD - 1 : PAD + drop.model.n2 + 1] = np.pad(values, ((0, 0), (1, 1)), mode="wrap")
+    drop.state.elastic_start[0] = np.inf  # whatever is stored in this shape
     drop.state.now[History.KINETIC_ENERGY] = drop.state.kinetic_start[0] = naive.kinetic_energy(drop.model, v)
     return Shell(drop, x, v)
 
@@ -293,13 +295,18 @@ def test_damped_pressure(shell: Shell) -> None:
 def test_steps(shell: Shell) -> None:
     """Whole steps, beyond the second choice of the step: fields, history, works and peaks, all to round-off."""
     drop, model = shell.drop, shell.model
-    x, v, time, last, stable = shell.x, shell.v, 0.0, 0.0, 0.0
+    x, v, time, last, stable, limit = shell.x, shell.v, 0.0, 0.0, 0.0, np.inf
+    due, interval = 0, 1
     work = {name: 0.0 for name in History if name.name.startswith("WORK")}
     peaks = np.zeros((len(Peak), 3))
     rows, expected, felt = [], [], 0.0
-    for n in range(STEPS_PER_STEP_CHOICE + 4):
-        if n % STEPS_PER_STEP_CHOICE == 0:
-            stable = naive.stable_step(model, x)
+    for n in range(20):
+        if n == due:
+            found, before = naive.stable_step(model, x), limit
+            safe, limit = found * min(found / before, 1.0) if n > 0 else found, found
+            stable = safe if n == 0 or safe < stable or safe > 1.2 * stable else stable
+            interval = max(interval // 2, 1) if n > 0 and limit < 0.99 * before else min(2 * interval, 16)
+            due += interval
         step = model.courant * stable
         twin = naive.step(model, x, v, time, 0.5 * (last + step), step)
         now = twin.now | work | {History.KINETIC_ENERGY: naive.kinetic_energy(model, v), History.CONTACT_FORCE: 0.0}
@@ -345,41 +352,10 @@ def test_stable_step_of_a_light_stiff_belt(stiff: str) -> None:
 
 def test_stable_step_of_an_unstretched_sheet() -> None:
     """(3.3), with c^2 = E/ρ: the least h/c of both directions."""
-    drop = make_drop("fabric.nu12=0", "fabric.G12=0", "fabric.viscosity=0", "pressure.damping=0", "belts=[]")
+    drop = make_drop("fabric.nu12=0", "fabric.G12=0", "fabric.viscosity=0", "pressure={law: constant, value: 0}", "belts=[]")
     fabric_ = drop.model.fabric
     expected = min(fabric_.h1 / sqrt(20e3 / 0.05), fabric_.h2 / sqrt(16e3 / 0.05))
     assert stable_step(drop.model, drop.state.nodes, drop.sweep) == pytest.approx(expected, rel=1e-12)
-
-
-@pytest.mark.parametrize("viscosity", [0.0, 2.0])
-@pytest.mark.parametrize("others", [(), ("belts=[]",), ("belts=[]", "model.scheme=cell")])
-def test_stable_step_is_that_of_the_linearised_scheme(others: tuple[str, ...], viscosity: float) -> None:
-    """The leapfrog about a taut shell, from differences of the twins' forces: no mode grows, and one would at twice the step."""
-    drop = make_drop(f"fabric.viscosity={viscosity}", "pressure.damping=0", "grid={generatrix: 5, hoop: 8}", *others)
-    model = drop.model
-    _, x, v = taut(drop)
-    step = stable_step(model, drop.state.nodes, drop.sweep)
-
-    def acceleration(x: Floats, v: Floats) -> Floats:
-        forces = naive.forces_of(model, x, v, 0.0)
-        inner = forces[History.WORK_ELASTIC] + forces[History.WORK_VISCOUS] + forces[History.WORK_BELTS]
-        return (inner / model.mass[:, None, None])[1:-1].ravel()
-
-    size = x[1:-1].size
-    by_place, by_velocity = np.empty((size, size)), np.empty((size, size))
-    for k in range(size):
-        change = np.zeros_like(x)
-        change[1:-1].flat[k] = 1e-6
-        by_place[:, k] = (acceleration(x + change, v) - acceleration(x - change, v)) / 2e-6
-        by_velocity[:, k] = (acceleration(x, v + change) - acceleration(x, v - change)) / 2e-6
-
-    def growth(step: float) -> float:
-        pushed = np.hstack([step * by_place, np.eye(size) + step * by_velocity])
-        moved = np.hstack([np.eye(size), np.zeros((size, size))]) + step * pushed
-        return float(np.abs(np.linalg.eigvals(np.vstack([moved, pushed]))).max())
-
-    assert growth(step) < 1.0 + 1e-6
-    assert growth(2.0 * step) > 1.1
 
 
 def test_sampled_fields(shell: Shell) -> None:

@@ -394,9 +394,8 @@ def test_wide_belt_on_two_grids_gives_one_ring() -> None:
     """A belt of 500 m shared by 5 or 10 rows."""
     belt = (Belt(600.0, stiffness=5 * 20e3 * 500.0, line_density=0.25 * 500.0, width=500.0),)
     moving = [follow_ring(Drop(belted(belt, rows, RINGS)), 1.5e-3) for rows in (12, 24)]
-    assert len(moving[0][0]) == len(moving[1][0])
-    assert moving[0][0] == pytest.approx(moving[1][0], rel=1e-6)
-    assert moving[0][1] == pytest.approx(moving[1][1], abs=1e-4)
+    # The rows of the finer grid are lighter, and steps a little shorter where the shell stiffens: compared at the same times.
+    assert moving[0][1] == pytest.approx(np.interp(moving[0][0], *moving[1]), abs=1e-3)
     ring = PAPER_RING._replace(stiffness=STIFFNESS + 100e3, density=0.3).polygon(24)
     assert moving[0][1] == pytest.approx(ring.stretch(moving[0][0]), abs=1e-3)
 
@@ -420,15 +419,15 @@ def test_printed_scheme_agrees_with_the_edge_scheme_while_it_lasts() -> None:
 # Velocity (m/s) of the cargo at 20 ms, as this code computed it. A disturbance of 1e-15 of the first places moves it by less than
 # 1e-15, so other orders of rounding stay far below 1e-9; any change of the equations does not.
 AT_20_MS = {
-    "airdrop": 7.853318393147279,
-    "belts-list": 5.667930800426818,
-    "free-fall": 6.196133000000000,
-    "moduli-sweep": 5.616646106535586,
-    "no-belts": 5.65091748049361,
-    "paper": 5.685913885033529,
-    "paper-contact": 5.685900286451475,
-    "paper-narrow-belts": 5.6166464269705765,
-    "sine": 5.991967254914548,
+    "airdrop": 7.853318237196059,
+    "belts-list": 5.667930233285172,
+    "free-fall": 6.19613300000004,
+    "moduli-sweep": 5.616645438452103,
+    "no-belts": 5.650910673387701,
+    "paper": 5.685909906382496,
+    "paper-contact": 5.685892926088558,
+    "paper-narrow-belts": 5.616645624112372,
+    "sine": 5.991962291128708,
 }
 
 

@@ -6,9 +6,29 @@ from softbrake.kernels.jit import kernel
 from softbrake.kernels.pressure import pressure_at
 from softbrake.state import History, Outcome, Peak
 
-STEPS_PER_STEP_CHOICE = 16  # a choice costs about a step; waves pass no more than sixteen cells meanwhile
+STEPS_PER_STEP_CHOICE = 16  # most; a choice costs a quarter of a step
+STEADY = 0.99  # a limit that has fallen to less of the last one is looked at more often
+LENGTHENED = 1.2  # a step becomes longer by no less
 FELT = 1.6e-4  # s, time constant of the low-pass before the peak deceleration: 1 kHz, as of channel class 600 of ISO 6487
 RUNAWAY = 4.0  # kinetic energy above this many times what start, gravity and pressure gave: it came from nowhere
+FABRIC_GAIN = 0.25  # the same of what fabric and belts gave beyond what they had taken
+
+
+@kernel
+def choose_step(state, limit):
+    """Take a limit (s) of the stable step until the next choice; where it falls, as far as it will have fallen by then.
+
+    The step is kept where it is not too long, and not much too short: a leapfrog whose steps swing with the shell is not
+    symplectic, and pumps energy into it. Writes state.stable_step, choice.
+    """
+    before, step = state.stable_step[1], state.stable_step[0]
+    safe = limit * min(limit / before, 1.0)
+    if before == 0.0 or safe < step or safe > LENGTHENED * step:
+        state.stable_step[0] = safe
+    state.stable_step[1] = limit
+    falls = limit < STEADY * before
+    state.choice[1] = max(state.choice[1] // 2, 1) if falls else min(2 * state.choice[1], STEPS_PER_STEP_CHOICE)
+    state.choice[0] = state.steps[0] + state.choice[1]
 
 
 @kernel
@@ -55,11 +75,12 @@ def end_step(model, state, length, height):
 
 @kernel
 def ran_away(model, state):
-    """Return whether the kinetic energy of state.now is more than what was given, or not a number."""
+    """Return whether the kinetic energy of state.now is more than what was given or not a number, or fabric gave of it."""
     now = state.now
     gas = min(max(now[History.WORK_PRESSURE], 0.0), model.most_gas_work)
     given = state.kinetic_start[0] + max(now[History.WORK_GRAVITY], 0.0) + gas
-    return not now[History.KINETIC_ENERGY] <= RUNAWAY * given
+    gain = now[History.WORK_ELASTIC] + now[History.WORK_VISCOUS] + now[History.WORK_BELTS] - state.elastic_start[0]
+    return not (now[History.KINETIC_ENERGY] <= RUNAWAY * given and gain <= FABRIC_GAIN * given)
 
 
 @kernel

@@ -9,13 +9,14 @@ from math import inf, sqrt
 from numba import uint64
 
 from softbrake.kernels.contact import GAP, allowed_place, foresee, shift, slowed
-from softbrake.kernels.course import STEPS_PER_STEP_CHOICE, begin_step, end_step, raise_peak, ran_away, record
+from softbrake.kernels.course import begin_step, choose_step, end_step, raise_peak, ran_away, record
 from softbrake.kernels.folds import part_meridian, watch_meridian, window_of
 from softbrake.kernels.geometry import SMALLEST_SQUARE
 from softbrake.kernels.jit import kernel
 from softbrake.kernels.lobes import part_meridian_lobes
 from softbrake.kernels.motion import push_cargo
 from softbrake.kernels.pressure import pressure_at, update_damped_pressure
+from softbrake.kernels.timestep import along, joined, largest, rate_of
 from softbrake.state import PAD, FoldCount, History, Outcome, Peak
 
 ONE = uint64(1)
@@ -384,34 +385,34 @@ def book_energies(model, nodes, work, now):
 def stable_step_of_meridian(model, nodes, meridian):
     """Return the step (s) at Courant coefficient 1: as stable_step, but no wave runs around the hoop.
 
-    w^2 <= (4 k1 + k2)/m, the trace of the stiffness that Poisson's coupling joins: k1 of an edge to the force along it, or of its
-    tension to that across; k2 of the breathing hoop, side^2 of what its polygon's edges have. Damping D likewise.
-    Reads model, nodes. Writes meridian.e, rate.
+    The breathing hoop has the stiffness k2 of side² times that of its polygon's edges, along the radius; to waves along the
+    generatrix that adds where the generatrix leans, and by Poisson's effect.
+    Reads model, nodes. Writes meridian.by_row, scratch in e, force.
     """
-    n1, fabric, mass = model.n1, model.fabric, model.mass
-    stiffness, viscosity = model.belts.stiffness, model.belts.viscosity
-    e, rate = meridian.e, meridian.rate
-    aspect, per_1, per_2 = fabric.h2 / fabric.h1, 1.0 / fabric.h1, 1.0 / model.radius
-    breathing = fabric.h2 * per_2 * per_2  # side^2/h2
-    gas_damping = 2.0 * model.pressure.damping * model.pressure.most * fabric.h1 * fabric.h2
+    n1, fabric, by_row = model.n1, model.fabric, meridian.by_row
+    e1, e2, skew = by_row.e1, by_row.e2, by_row.skew
+    per_1, per_2 = 1.0 / fabric.h1, 1.0 / model.radius
+    breathing = fabric.h2 * per_2 * per_2  # side²/h2
+    coupling = 0.5 * sqrt(fabric.c12 * fabric.c21 / (fabric.c11 * fabric.c22))
     for i in range(uint64(n1)):
         dx = nodes.x[i + ONE] - nodes.x[i]
         dz = nodes.z[i + ONE] - nodes.z[i]
-        e[i] = sqrt(dx * dx + dz * dz) * per_1 - 1.0
+        square = max(dx * dx + dz * dz, SMALLEST_SQUARE)
+        e1[i] = max(sqrt(square) * per_1 - 1.0, 0.0)
+        e2[i] = max(abs(nodes.x[i]) * per_2 - 1.0, 0.0)
+        meridian.e[i] = dx * dx / square
     for i in range(ONE, uint64(n1)):
-        e1 = max(e[i - ONE], e[i], 0.0)
-        e2 = max(abs(nodes.x[i]) * per_2 - 1.0, 0.0)
-        wide_1 = (1.0 + fabric.true_tension * e1) * fabric.h1
-        wide_2 = (1.0 + fabric.true_tension * e2) * aspect
-        edge = max(fabric.c11, (fabric.c11 * e1 + fabric.c12 * e2) / (1.0 + e1)) * wide_2
-        square = (4.0 * edge + breathing * (fabric.c22 * wide_1 + stiffness[i])) / mass[i]
-        damping = 4.0 * fabric.viscosity * wide_2 + breathing * (fabric.viscosity * wide_1 + viscosity[i])
-        damping = (damping + gas_damping * (1.0 + e1) * (1.0 + e2)) / mass[i]
-        rate[i] = damping + sqrt(damping * damping + 4.0 * square)
-    fastest = 0.0
-    for i in range(ONE, uint64(n1)):
-        fastest = max(fastest, rate[i])
-    return 4.0 / fastest
+        k1, t1, damping_1, wide_2, _ = along(model, by_row, i)
+        per_mass = breathing * model.per_mass[i]
+        k2 = per_mass * (fabric.c22 * fabric.h1 * wide_2 + model.belts.stiffness[i])
+        damping_2 = per_mass * (fabric.viscosity * fabric.h1 * wide_2 + model.belts.viscosity[i])
+        lean = max(meridian.e[i - ONE], meridian.e[i])
+        square = t1 + joined(max(k1 - t1, 0.0), k2, (sqrt(lean) + coupling) ** 2)
+        skew[i] = lean
+        rate = rate_of(model, by_row, i, square, joined(damping_1, damping_2, lean))
+        by_row.rate[i] = rate
+        meridian.force[i] = rate
+    return 2.0 / largest(meridian.force, ONE, n1 - 1)
 
 
 @kernel
@@ -425,9 +426,9 @@ def advance_meridian(model, state, meridian, history, interval, most, until):
     rows, done, recorded, dt, outcome = 0, 0, False, 1.0, Outcome.RUNNING
     while outcome == Outcome.RUNNING and done < most and now[History.TIME] < until and rows + 1 < history.shape[0]:
         recorded = state.steps[0] % interval == 0
-        chosen = state.steps[0] % STEPS_PER_STEP_CHOICE == 0
+        chosen = state.steps[0] >= state.choice[0]
         if chosen:
-            state.stable_step[0] = stable_step_of_meridian(model, state.nodes, meridian)  # (3.3)
+            choose_step(state, stable_step_of_meridian(model, state.nodes, meridian))  # (3.3)
             if model.contact.folds == 1:
                 window = window_of(model.courant * state.stable_step[0])
                 longest = watch_meridian(state.nodes, state.folds, n1, model.fabric.h1, window)

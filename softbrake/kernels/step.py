@@ -3,7 +3,7 @@
 from numba import uint64
 
 from softbrake.kernels.contact import any_above, foresee, press_row, rub_row
-from softbrake.kernels.course import STEPS_PER_STEP_CHOICE, begin_step, end_step, raise_peak, record
+from softbrake.kernels.course import begin_step, choose_step, end_step, raise_peak, record
 from softbrake.kernels.fabric import (
     add_cell_forces,
     add_hoop_forces,
@@ -246,8 +246,8 @@ def advance(model, state, sweep, history, interval, most, until):
     rows = 0
     done = 0
     while done < most and now[History.TIME] < until and rows + 1 < history.shape[0]:
-        if state.steps[0] % STEPS_PER_STEP_CHOICE == 0:
-            state.stable_step[0] = stable_step(model, state.nodes, sweep)  # (3.3)
+        if state.steps[0] >= state.choice[0]:
+            choose_step(state, stable_step(model, state.nodes, sweep))  # (3.3)
             if model.contact.folds == 1:
                 state.stable_step[0] = min(state.stable_step[0], fold_step(model, state, by_column) / model.courant)
         length, dt = begin_step(model, state)

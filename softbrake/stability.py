@@ -1,0 +1,197 @@
+"""Map of the largest stable step: found by bisection over short runs, beside the step that is predicted.
+
+The shell is inflated and its cover held, so that nothing moves but what the scheme itself makes grow. Disturbed by a hair, it
+takes some hundred steps; they are too long if its velocities then flip from step to step and grow.
+"""
+
+from __future__ import annotations
+
+import csv
+import re
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from itertools import product
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from softbrake.case import Case
+from softbrake.drop import Drop, NotInflated
+from softbrake.plot import BLUE, GREEN, GREY, INK, RED, STYLE, load_matplotlib, save
+from softbrake.relax import Held
+
+HAIR = 1e-7  # of the shorter edge, the disturbance: far below what slackens taut fabric
+STEPS = 400
+WINDOW = 4  # over which they are judged
+GROWTH = 3.0  # of what flips from step to step, beyond its least
+LOW, HIGH = 0.4, 2.5  # of the predicted step, where bisection starts
+CLOSE = 0.005  # relative, where it ends
+SEED = 1
+
+Axis = tuple[str, Sequence[str]]  # path of a key of the case, and values as a file would write them
+
+
+@dataclass(frozen=True)
+class Point:
+    """One case of a map."""
+
+    values: tuple[str, ...]  # of the axes
+    predicted: float  # s, the stable step by the bound; nan where the shell finds no shape of rest
+    found: float  # s, by bisection; nan also where it is not between LOW and HIGH of the predicted one
+    trials: tuple[tuple[float, bool], ...]  # step (s) and whether it was stable
+    courant: float  # of the case
+
+    @property
+    def ratio(self) -> float:
+        """Predicted over found step: at most 1 if the bound is safe."""
+        return self.predicted / self.found
+
+    @property
+    def shown(self) -> tuple[str, ...]:
+        """Predicted and found step in us, and their ratio."""
+        return f"{self.predicted * 1e6:.4g}", f"{self.found * 1e6:.4g}", f"{self.ratio:.3f}"
+
+
+def read_axis(text: str) -> Axis:
+    """Return path and values of `PATH=A,B,...`; commas within brackets part no values. Raises ValueError."""
+    path, _, given = text.partition("=")
+    values = [value.strip() for value in re.split(r",(?![^\[{]*[\]}])", given)]
+    if not path or not all(values):
+        raise ValueError(f"--over {text}: not an axis; PATH=A,B,... such as fabric.viscosity=0,0.2,2 is wanted")
+    return path.strip(), values
+
+
+def survey(
+    load: Callable[[Sequence[str]], Case], axes: Sequence[Axis], report: Callable[[Point], None] | None = None
+) -> list[Point]:
+    """Find the stable step at every combination of the axes' values; load gives the case for overrides of its keys."""
+    points = []
+    for values in product(*(given for _, given in axes)):
+        case = load([f"{path}={value}" for (path, _), value in zip(axes, values, strict=True)])
+        points.append(replace(find_limit(case), values=values))
+        if report is not None:
+            report(points[-1])
+    return points
+
+
+def find_limit(case: Case) -> Point:
+    """Inflate the shell of a case by the largest pressure of its law, and bisect for the largest stable step."""
+    most = max(case.pressure.value, *case.pressure.values, 0.0)
+    pressure = replace(case.pressure, law="constant", value=most, times=(), values=())
+    # Inflated with steps below any limit; the bound then stands for the state, whatever the case's coefficient.
+    drop = Drop(replace(case, initial="unloaded", pressure=pressure, time=replace(case.time, courant=LOW)))
+    none = Point((), np.nan, np.nan, (), case.time.courant)
+    try:
+        drop.inflate()
+    except NotInflated:
+        return none
+    start = [part.copy() for part in drop.state.nodes]
+    is_stable(drop, LOW, steps=1)
+    predicted = float(drop.state.stable_step[1])
+    trials: list[tuple[float, bool]] = []
+
+    def stable(part: float) -> bool:
+        for values, inflated in zip(drop.state.nodes, start, strict=True):
+            values[:] = inflated
+        trials.append((part * predicted, is_stable(drop, part)))
+        return trials[-1][1]
+
+    low, high = LOW, HIGH
+    if not stable(low) or stable(high):
+        return replace(none, predicted=predicted, trials=tuple(trials))
+    while high - low > CLOSE * low:
+        middle = 0.5 * (low + high)
+        low, high = (middle, high) if stable(middle) else (low, middle)
+    return replace(none, predicted=predicted, found=low * predicted, trials=tuple(trials))
+
+
+def is_stable(drop: Drop, courant: float, steps: int = STEPS) -> bool:
+    """Whether a hair's disturbance of a shell at rest dies or stays, in steps of a part of the predicted one."""
+    drop.disturb(HAIR * min(drop.model.fabric.h1, drop.model.fabric.h2), SEED)
+    held = Held(drop.model._replace(courant=courant), drop.state, drop.step)
+    least, last = np.inf, np.zeros(())
+    for _ in range(-(-steps // WINDOW)):
+        size = turn = 0.0
+        for _ in range(WINDOW):
+            push = held.push()
+            if push is None:
+                return False
+            change = push.acceleration * push.length  # of the velocities: what flips from step to step stands out
+            size += float(np.square(change).sum())
+            turn += float((change * last).sum())
+            last = change
+        if turn < 0.0 and size > GROWTH**2 * least:  # before it is so large that fabric gets slack and saves it
+            return False
+        least = min(least, size)
+    return True
+
+
+def edge_in_words(point: Point) -> str:
+    """How far the case's own setting is from the edge."""
+    if not np.isfinite(point.predicted):
+        return "the shell finds no shape of rest: no stable step is defined"
+    if not np.isfinite(point.found):
+        kind = "no" if not point.trials[0][1] else "every"
+        return f"{kind} step tried from {LOW:g} to {HIGH:g} of the predicted {point.predicted * 1e6:.4g} us is stable"
+    part = point.courant * point.ratio
+    side = f"{1.0 - part:.1%} below" if part <= 1.0 else f"{part - 1.0:.1%} ABOVE"
+    return (
+        f"time.courant {point.courant:g}: steps of {point.courant * point.predicted * 1e6:.4g} us, {side} the edge found at "
+        f"{point.found * 1e6:.4g} us; predicted {point.predicted * 1e6:.4g} us, {point.ratio:.3f} of it"
+    )
+
+
+def write_csv(points: Sequence[Point], axes: Sequence[Axis], path: Path) -> None:
+    """Write a row per point."""
+    with path.open("w", newline="", encoding="utf-8") as file:
+        rows = csv.writer(file)
+        rows.writerow([*(name for name, _ in axes), "predicted_step_s", "found_step_s", "predicted_over_found"])
+        for point in points:
+            rows.writerow([*point.values, f"{point.predicted:.6g}", f"{point.found:.6g}", f"{point.ratio:.4f}"])
+
+
+def draw_map(points: Sequence[Point], axes: Sequence[Axis], picture: Path) -> None:
+    """Draw the steps tried over the values of the first axis, stable or not, with the predicted ones; a panel for each other.
+
+    Raises PlotError.
+    """
+    mpl = load_matplotlib()
+    (name, ticks), *others = axes
+    panels = list(product(*(values for _, values in others)))
+    columns = min(len(panels), 4)
+    with mpl.rc_context(STYLE):
+        rows = -(-len(panels) // columns)
+        figure = mpl.figure.Figure(figsize=(1.0 + 3.2 * columns, 0.7 + 2.7 * rows), layout="constrained")
+        grid = figure.subplots(rows, columns, squeeze=False, sharex=True).ravel()
+        for panel, rest in zip(grid, panels, strict=False):
+            _draw_panel(panel, [point for point in points if point.values[1:] == rest], ticks)
+            panel.set_title("\n".join(f"{path} {value}" for (path, _), value in zip(others, rest, strict=True)))
+        for panel in grid[len(panels) :]:
+            panel.set_axis_off()
+        for panel in grid[max(len(panels) - columns, 0) : len(panels)]:
+            panel.set_xlabel(name)
+            panel.tick_params(labelbottom=True)
+        for row in range(rows):
+            grid[row * columns].set_ylabel("step, µs")
+        grid[0].legend(loc="best")
+        save(figure, picture)
+
+
+def _draw_panel(panel: Any, points: Sequence[Point], ticks: Sequence[str]) -> None:
+    place = {value: where for where, value in enumerate(ticks)}
+    where = np.array([place[point.values[0]] for point in points])
+    for kind, label, colour, marker in ((True, "stable", GREEN, "o"), (False, "unstable", RED, "x")):
+        tried = [(place[point.values[0]], 1e6 * step) for point in points for step, stable in point.trials if stable == kind]
+        panel.plot(*np.array(tried).reshape(-1, 2).T, marker, color=colour, markersize=3, alpha=0.6, label=label)
+    panel.plot(where, [1e6 * point.predicted for point in points], color=INK, linewidth=1.6, label="predicted")
+    panel.plot(
+        where,
+        [1e6 * point.predicted * point.courant for point in points],
+        color=BLUE,
+        linewidth=1.0,
+        linestyle="--",
+        label="taken",
+    )
+    panel.set_yscale("log")
+    panel.set_xticks(range(len(ticks)), ticks, rotation=30 if max(map(len, ticks)) > 6 else 0, color=GREY)

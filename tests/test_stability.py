@@ -1,0 +1,233 @@
+"""The predicted step against the limit of the linearised scheme, found by eigenvalues; the search by trial; random drops."""
+
+from pathlib import Path
+
+import naive
+import numpy as np
+import pytest
+from conftest import Command
+from numpy.testing import assert_array_equal
+
+import softbrake
+from benchmarks.stability import random_case
+from softbrake.build import grid_view, initial_energy
+from softbrake.case import load_case
+from softbrake.drop import Diverged, Drop
+from softbrake.kernels.meridian import stable_step_of_meridian, sweep_meridian
+from softbrake.kernels.timestep import stable_step
+from softbrake.stability import edge_in_words, find_limit, read_axis
+from softbrake.state import Floats, History
+
+CONFIGS = Path(__file__).resolve().parents[1] / "configs"
+SMALL = ("grid={generatrix: 8, hoop: 16}", "belts.width=30 mm")
+ROUND = ("model.fidelity=axisymmetric", "contact=paper", "grid={generatrix: 40, hoop: 60}", "belts.width=15 mm")
+
+
+def drop(*overrides: str) -> Drop:
+    return Drop(load_case(CONFIGS / "paper.yaml", overrides))
+
+
+def predicted(falling: Drop) -> float:
+    bound = stable_step_of_meridian if falling.case.model.fidelity == "axisymmetric" else stable_step
+    return float(bound(falling.model, falling.state.nodes, falling.sweep))
+
+
+def limit(by_place: Floats, by_velocity: Floats) -> float:
+    """Longest step (s) of the leapfrog of x'' = A x + B v, B at n-1/2: a mode flips from step to step where, with μ = 2/dt,
+    μ² + A + μ B is singular."""
+    size = len(by_place)
+    flips = np.linalg.eigvals(np.block([[np.zeros((size, size)), np.eye(size)], [-by_place, -by_velocity]]))
+    real = flips[np.abs(flips.imag) < 1e-6 * np.abs(flips).max()].real
+    return 2.0 / float(real.max())
+
+
+def limit_of_shell(falling: Drop) -> float:
+    """From differences of the slow twins' forces."""
+    model = falling.model
+    views = [grid_view(part, model) for part in falling.state.nodes]
+    x = np.stack(views[:3], axis=-1)
+    rest, size = np.zeros_like(x), x[1:-1].size
+
+    def acceleration(x: Floats, v: Floats) -> Floats:
+        return (sum(naive.forces_of(model, x, v, 0.0).values()) / model.mass[:, None, None])[1:-1].ravel()
+
+    by_place, by_velocity = np.empty((size, size)), np.empty((size, size))
+    for k in range(size):
+        change = np.zeros_like(x)
+        change[1:-1].flat[k] = 1e-6
+        by_place[:, k] = (acceleration(x + change, rest) - acceleration(x - change, rest)) / 2e-6
+        by_velocity[:, k] = (acceleration(x, change) - acceleration(x, -change)) / 2e-6
+    return limit(by_place, by_velocity)
+
+
+def limit_of_meridian(falling: Drop) -> float:
+    """From differences of the velocities that one step gives."""
+    model = falling.model._replace(cargo_mass=1e12, contact=falling.model.contact._replace(ground=-np.inf))
+    nodes, dt = falling.state.nodes, 1e-6
+    kept, parts = [part.copy() for part in nodes], (nodes.x, nodes.z, nodes.u, nodes.w)
+    start = np.concatenate([nodes.x[1:-1], nodes.z[1:-1], np.zeros(2 * (model.n1 - 1))])
+    half = len(start) // 2
+
+    def acceleration(change: Floats) -> Floats:
+        for part, old in zip(nodes, kept, strict=True):
+            part[:] = old
+        for part, values in zip(parts, np.split(start + change, 4), strict=True):
+            part[1:-1] = values
+        falling.state.now[History.TIME] = 0.0
+        sweep_meridian(model, falling.state, falling.sweep, dt, dt)
+        return (np.concatenate([nodes.u[1:-1], nodes.w[1:-1]]) - (start + change)[half:]) / dt
+
+    slopes = np.array([(acceleration(1e-6 * unit) - acceleration(-1e-6 * unit)) / 2e-6 for unit in np.eye(2 * half)]).T
+    for part, old in zip(nodes, kept, strict=True):
+        part[:] = old
+    return limit(slopes[:, :half], slopes[:, half:])
+
+
+VARIANTS = {
+    "paper": (),
+    "no belts": ("belts.count=0",),
+    "no viscosity": ("fabric.viscosity=0",),
+    "viscous": ("fabric.viscosity=2",),
+    "heavy belts": ("belts.layers=20",),
+    "high pressure": ("pressure.value=30 kPa",),
+    "nu = 0": ("fabric.nu12=0", "fabric.nu21=0", "fabric.law=nominal_tension"),
+    "nominal": ("fabric.law=nominal_tension",),
+    "stiff generatrix": ("fabric.E11=100 kN/m", "fabric.nu12=0.1", "fabric.nu21=0.1"),
+    "low": ("shell.height=0.15",),
+}
+
+
+@pytest.mark.parametrize("scheme", ["edge", "cell", "axisymmetric"])
+@pytest.mark.parametrize("name", [*VARIANTS, "shear", "strong shear"])
+def test_bound_of_an_inflated_shell_is_safe_and_tight(name: str, scheme: str) -> None:
+    shear = {"shear": ("fabric.G12=2 kN/m",), "strong shear": ("fabric.G12=20 kN/m",)}
+    if scheme == "axisymmetric" and name in shear:
+        return  # a round shell has none
+    grid = ROUND if scheme == "axisymmetric" else (*SMALL, f"model.scheme={scheme}")
+    inflated = drop(*grid, *(VARIANTS | shear)[name])
+    inflated.inflate()
+    found = limit_of_meridian(inflated) if scheme == "axisymmetric" else limit_of_shell(inflated)
+    assert 0.85 < predicted(inflated) / found <= 1.0
+
+
+@pytest.mark.parametrize("twist", [0.5, 1.5])
+def test_bound_of_a_wrung_shell(twist: float) -> None:
+    """Corners that are not right join the waves of both directions; cover turned by an angle (rad)."""
+    wrung = drop(*SMALL, "fabric.viscosity=0")
+    wrung.inflate()
+    x, y, z = (grid_view(part, wrung.model) for part in wrung.state.nodes[:3])
+    angle = twist * z / 0.6
+    x[:], y[:] = np.cos(angle) * x - np.sin(angle) * y, np.sin(angle) * x + np.cos(angle) * y
+    close(wrung)
+    found = limit_of_shell(wrung)
+    assert 0.85 < predicted(wrung) / found <= 1.0
+    assert wrung.sweep.by_row.skew.max() > 0.02
+
+
+def close(falling: Drop) -> None:
+    for part in falling.state.nodes:
+        rows = part.reshape(falling.model.n1 + 1, -1)
+        first, last = 8, 8 + falling.model.n2
+        rows[:, first - 1], rows[:, last] = rows[:, last - 1], rows[:, first]
+
+
+def test_bound_holds_in_a_crumpled_shell() -> None:
+    """Safe where cells are out of all shape, and not much too low: undamped waves of the crushed, asymmetric shell."""
+    falling = drop("grid={generatrix: 8, hoop: 16}", "belts.width=40 mm", "contact=solid", "time.courant=0.8")
+    falling.disturb(1e-3, seed=3)
+    for until in (0.05, 0.09):
+        while falling.now(History.TIME) < until:
+            falling.advance(until)
+        assert 0.7 < predicted(falling) / limit_of_shell(falling) <= 1.0
+    assert falling.sweep.by_row.skew.max() > 0.5
+
+
+@pytest.mark.parametrize("overrides", [(), ("model.scheme=cell", "fabric.viscosity=1")])
+def test_limit_by_trial_is_that_of_the_eigenvalues(overrides: tuple[str, ...]) -> None:
+    inflated = drop(*SMALL, *overrides)
+    inflated.inflate()
+    point = find_limit(inflated.case)
+    assert point.predicted == pytest.approx(predicted(inflated), rel=1e-4)
+    assert point.found == pytest.approx(limit_of_shell(inflated), rel=0.015)
+    assert f"predicted {point.predicted * 1e6:.4g} us" in edge_in_words(point)
+
+
+def test_axes() -> None:
+    assert read_axis("fabric.viscosity=0,0.2, 2") == ("fabric.viscosity", ["0", "0.2", "2"])
+    assert read_axis("grid={generatrix: 8, hoop: 16},{generatrix: 9, hoop: 18}")[1][1] == "{generatrix: 9, hoop: 18}"
+    for text in ("fabric.viscosity", "=1", "a=1,,2"):
+        with pytest.raises(ValueError, match="not an axis"):
+            read_axis(text)
+
+
+def test_command_writes_map_and_points(softbrake: Command, paper: Path, tmp_path: Path) -> None:
+    grid = ("--set", "grid={generatrix: 8, hoop: 16}", "--set", "belts.width=30 mm")
+    done = softbrake(
+        "stability", paper, *grid, "--over", "fabric.viscosity=0,1", "--over", "model.scheme=edge,cell", "-o", "map.png"
+    )
+    assert done.returncode == 0, done.stderr
+    rows = [line.split(",") for line in (tmp_path / "map.csv").read_text().splitlines()]
+    assert rows[0] == ["fabric.viscosity", "model.scheme", "predicted_step_s", "found_step_s", "predicted_over_found"]
+    assert len(rows) == 5
+    assert all(0.85 < float(row[-1]) <= 1.0 for row in rows[1:])
+    assert (tmp_path / "map.png").stat().st_size > 10_000
+    assert "time.courant 0.5: steps of" in done.stdout
+    assert "below the edge found at" in done.stdout
+
+
+@pytest.mark.parametrize(
+    ("arguments", "fault"),
+    [
+        (("--over", "fabric.viscosty=1"), "fabric.viscosty: unknown key; did you mean 'viscosity'?"),
+        (("--over", "fabric"), "not an axis"),
+        (("-o", "map.png"), "--output: a map wants at least one axis"),
+        (("--set", "model.fidelity=lumped"), "no grid whose waves could grow"),
+        (("--over", "belts.layers=1", "-o", "nowhere/map.png"), "may not be written"),
+    ],
+)
+def test_bad_input(softbrake: Command, paper: Path, arguments: tuple[str, ...], fault: str) -> None:
+    done = softbrake("stability", paper, *arguments)
+    assert done.returncode == 2
+    assert fault in done.stderr
+    assert "Traceback" not in done.stderr
+
+
+@pytest.mark.parametrize("first", [0, 8, 16])
+def test_random_drops_do_not_diverge(first: int) -> None:
+    """A sample of the thousand of benchmarks/stability.py."""
+    for seed in range(first, first + 8):
+        falling = Drop(random_case(seed))
+        summary = falling.run()
+        assert abs(summary.energy_error) < 0.01
+        assert falling.fabric_gain() < 0.01 * initial_energy(falling.case, falling.model), seed
+
+
+def test_fixed_number_above_the_limit_warns_once(softbrake: Command, paper: Path) -> None:
+    small = ("--set", "grid={generatrix: 12, hoop: 24}", "--no-results")
+    done = softbrake("run", paper, *small, "--set", "time.courant=1.3")
+    assert done.stderr.count("time.courant 1.3 exceeds the stable step") == 1
+    assert done.returncode == 1
+    assert "stable step" not in softbrake("run", paper, *small, "--set", "time.courant=auto").stderr
+
+
+@pytest.mark.parametrize(
+    ("overrides", "cause"),
+    [
+        (
+            ("time.courant=1.3", "fabric.viscosity=2"),
+            "the viscosity limit of the step at .* exceeded 1.3 times; try time.courant=auto",
+        ),
+        (("time.courant=1.3", "fabric.viscosity=0"), "the stiffness limit of the step at .* exceeded 1.3 times"),
+        (("fabric.viscosity=0", "contact=solid"), "tensions without a potential"),
+    ],
+)
+def test_cause_of_a_divergence(overrides: tuple[str, ...], cause: str) -> None:
+    with pytest.raises(Diverged, match=cause):
+        softbrake.run(load_case(CONFIGS / "paper.yaml", ["grid={generatrix: 12, hoop: 24}", *overrides]))
+
+
+def test_the_choice_of_the_step_is_that_of_its_state() -> None:
+    """At rest nothing is foreseen: the limit found is the one taken."""
+    inflated = drop(*SMALL)
+    inflated.inflate()
+    assert_array_equal(inflated.state.stable_step[0], pytest.approx(inflated.state.stable_step[1], rel=1e-6))
