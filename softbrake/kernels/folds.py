@@ -19,12 +19,13 @@ from softbrake.kernels.meet import APART, PASSES, SMALLEST, closing_along, corne
 from softbrake.kernels.near import find_pairs
 from softbrake.state import PAD, Blows, FoldCount, Sheet
 
-CUSHION = 0.02  # of an unloaded cell, kept between folds
+CUSHION = 0.02  # of an unloaded cell, kept between folds; of what is left between ground and cover where that is less
 SPRING = 0.5  # of what a cushion is pressed in, given back in a step,
 REBOUND = 0.5  # but at no more than this part of the speed of closing: what rests in it is left there
 CUSHIONINGS = 4  # passes over the cushions
-GAP_PASSED = 1e-3  # of an unloaded cell, at which what would pass is held, if it was as far
+GAP_PASSED = 1e-3  # of the same, at which what would pass is held, if it was as far
 AIM = 1.2  # of the impulse needed, after the first passes: a rebound, but fewer passes for pairs that others push back
+LAST = 0.5  # of the height of the cover, what a step leaves of it; where it leaves less, the run ends, and folds no longer meet
 FIRM = 4  # passes that take what is needed and no more
 PUSHES = 60  # passes over what would pass a face, and as many more over a meridian; what still does then is counted
 LEAST_GIVE = 0.01  # of a free node's: a lever shorter than a tenth of a cell would multiply impulses without bound
@@ -78,7 +79,7 @@ def part_moved(nodes, mass, contact, kinetic, folds, course, sheet):
     """Keep folds apart, while the row on the cover, which is pushed last, stands where it is foreseen. See part_folds."""
     folds.impulse[0] = 0.0
     folds.impulse[1] = 0.0
-    if folds.counts[FoldCount.DUE] == 0 or course.next_cover <= 0.0:  # the run ends where cover and ground meet
+    if folds.counts[FoldCount.DUE] == 0 or course.next_cover <= LAST * course.cover:
         return
     top = sheet.rows * sheet.stride + sheet.first
     copies = int(sheet.columns > 1)
@@ -98,7 +99,7 @@ def part_folds(nodes, mass, blows, folds, course, sheet):
     counts, length = folds.counts, course.length
     if add_travel(nodes, folds, sheet, length) or counts[FoldCount.STALE] == 1:
         look_around(folds, nodes, sheet)
-    awake = wake_pairs(nodes, folds, sheet, length)
+    awake = wake_pairs(nodes, folds, course, sheet)
     if awake == 0:
         return
     for _ in range(CUSHIONINGS):
@@ -110,7 +111,17 @@ def part_folds(nodes, mass, blows, folds, course, sheet):
         pushed = try_pairs(nodes, mass, blows, folds, course, sheet, awake, tries)
         tries += 1
     if pushed > 0:
-        book_failure(nodes, folds, sheet, awake, length)
+        book_failure(nodes, folds, course, sheet, awake)
+
+
+@kernel
+def room(course, sheet):
+    """Return what cushions are a part of (m): the cell, or the space between ground and cover where that is narrower.
+
+    Cloth has no thickness to be squeezed. Cushions of fixed thickness would fill what is left under the cover, and ground and
+    cover, both rigid, would drive the cloth between them to and fro in each step anew: a force that grows as steps shrink.
+    """
+    return min(sheet.edge, course.next_cover - sheet.ground)
 
 
 @kernel
@@ -172,12 +183,13 @@ def look_around(folds, nodes, sheet):
 
 
 @kernel
-def wake_pairs(nodes, folds, sheet, length):
+def wake_pairs(nodes, folds, course, sheet):
     """Put the pairs that may meet in this step in front, and write how they stand at n to folds.contacts. Returns their number.
 
     A pair at some distance sleeps until node and face can have travelled it.
     """
-    pairs, wake, contacts, thick = folds.pairs, folds.wake, folds.contacts, CUSHION * sheet.edge
+    pairs, wake, contacts = folds.pairs, folds.wake, folds.contacts
+    thick, length = CUSHION * room(course, sheet), course.length
     awake = 0
     for k in range(folds.counts[FoldCount.PAIRS]):
         pair = pairs[k]
@@ -253,7 +265,7 @@ def try_pairs(nodes, mass, blows, folds, course, sheet, awake, tries):
     pairs, stamp, counts = folds.pairs, folds.stamp, folds.counts
     before = counts[FoldCount.PASSES]
     counts[FoldCount.PASSES] += 1
-    gap, pushed = GAP_PASSED * sheet.edge, 0
+    gap, pushed = GAP_PASSED * room(course, sheet), 0
     for k in range(awake):
         node, corners = pairs[k] >> 32, corners_of(pairs[k] & FACE, sheet)
         a, b, c, d = corners
@@ -405,12 +417,13 @@ def copy_node(nodes, node, copy):
 
 
 @kernel
-def book_failure(nodes, folds, sheet, awake, length):
+def book_failure(nodes, folds, course, sheet, awake):
     """Count the pairs that pass though the passes are used up, and raise the largest penetration, over the unloaded cell."""
+    gap, length = GAP_PASSED * room(course, sheet), course.length
     for k in range(awake):
         node, corners = folds.pairs[k] >> 32, corners_of(folds.pairs[k] & FACE, sheet)
         if may_pass(nodes, folds.contacts[k], node, corners, length):
-            found = meet(nodes, node, corners, sheet.breadth, length, GAP_PASSED * sheet.edge)
+            found = meet(nodes, node, corners, sheet.breadth, length, gap)
             if found[1] == PASSES:
                 folds.counts[FoldCount.PIERCED] += 1
                 folds.penetration[0] = max(folds.penetration[0], found[0] / sheet.edge)
