@@ -99,7 +99,8 @@ def run(
     scale = tension_scale(case) if dimensionless else None
     _check_scale(scale)
     if case.time.courant > 1.0 and case.tolerance is None:
-        typer.echo(f"time.courant {case.time.courant:g} exceeds the stable step, 1: expect the run to diverge", err=True)
+        fate = "the run diverges, or slack hides it and tensions are wrong"
+        typer.echo(f"time.courant {case.time.courant:g} exceeds the stable step, 1: {fate}", err=True)
     _announce_compiling(case, quiet)
     try:
         with console.progress(case.shell.height, quiet=quiet) as callback:
