@@ -285,7 +285,7 @@ def _computed(summary: Summary) -> str:
     model = summary.model
     lines = [
         f"{model.fidelity}, {model.scheme} scheme, {model.generatrix} x {model.hoop} cells, Courant {model.courant:g}",
-        f"{summary.steps} steps of {summary.time_step * 1e6:.4g} us on average, {summary.kernel_seconds:.2f} s",
+        f"{summary.steps} steps of {summary.time_step * 1e6:.4g} us on average, {summary.kernel_seconds:.2f} s of CPU",
     ]
     works = [[f"work, {name}", f"{value:.2f} J"] for name, value in asdict(summary.work).items()]
     works.append(["energy residual", f"{summary.energy_error:.1e} of the initial energy"])
