@@ -167,7 +167,7 @@ def _motion(summary: Summary) -> Table:
     peak = summary.peak_deceleration
     when = f", at {summary.peaks['peak_deceleration'].time:.5f} s" if "peak_deceleration" in summary.peaks else ""
     bar = _bar(summary, "peak_deceleration", 1.0)
-    table.add_row("peak deceleration", f"{peak:.2f}", "m/s^2", f"{bar}{peak / STANDARD_GRAVITY:.2f} g{when}")
+    table.add_row("peak deceleration, 1 kHz", f"{peak:.2f}", "m/s^2", f"{bar}{peak / STANDARD_GRAVITY:.2f} g{when}")
     return table
 
 

@@ -165,7 +165,7 @@ def _answers(case: dict[str, Any], summary: Summary) -> str:
     else:
         cards.append(("lowest height", f"{summary.minimum_height:.4g} m", "no impact", False))
     peak = f"{summary.peak_deceleration / STANDARD_GRAVITY:.2f}{bar(errors.get('peak_deceleration'), 1 / STANDARD_GRAVITY)} g"
-    cards.append(("peak deceleration", peak, _when(summary, "peak_deceleration"), False))
+    cards.append(("peak deceleration, 1 kHz", peak, _when(summary, "peak_deceleration"), False))
     for tension in TENSIONS:
         name = f"peak_tension_{tension}"
         if (value_of := getattr(summary, name)) is not None:

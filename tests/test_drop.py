@@ -37,6 +37,20 @@ def test_pictures_from_first_contact_to_impact(tmp_path: Path) -> None:
     assert shots.xyz[..., 2].min() > -1e-6
 
 
+@pytest.mark.parametrize(("contact", "most"), [("solid", 12), ("full", 140)])
+def test_memory_of_a_node(contact: str, most: int) -> None:
+    """Doubles of a node of 36 x 90 cells: rows beside the six of places and velocities; folds have room for eight pairs."""
+    ours = drop.Drop(softbrake.load_case(PAPER, [f"contact={contact}"]))
+    parts, doubles = [ours.state, ours.sweep], 0.0
+    while parts:
+        part = parts.pop()
+        if isinstance(part, tuple):
+            parts += part
+        else:
+            doubles += part.nbytes / 8
+    assert 6 < doubles / ((ours.model.n1 + 1) * ours.model.n2) < most
+
+
 @pytest.mark.skipif(sys.platform == "win32", reason="counts wall time: see drop.CLOCK")
 def test_kernel_seconds_count_no_time_that_others_take(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setitem(drop.KERNELS, "full", lambda *_: (time.sleep(0.3), (0, 0))[1])
