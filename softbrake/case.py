@@ -324,7 +324,7 @@ class _CaseChecker(Checker):
         if self.faults:
             return None
         if time["courant"] == "auto":
-            time["courant"] = _auto_courant(Shell(**shell), Fabric(**fabric), Grid(**grid))
+            time["courant"] = auto_courant(Shell(**shell), Fabric(**fabric), Grid(**grid))
         return Case(
             title=top.get("title", stem),
             gravity=top["gravity"],
@@ -556,7 +556,7 @@ class _CaseChecker(Checker):
             self.fault(place, where, fault, "peak_time < end_time is wanted")
 
 
-def _auto_courant(shell: Shell, fabric: Fabric, grid: Grid) -> float:
+def auto_courant(shell: Shell, fabric: Fabric, grid: Grid) -> float:
     """Courant coefficient that is safe for the damping ratio of the grid's shortest waves, viscosity/(h sqrt(E density))."""
     density = fabric.areal_density / (1.0 - fabric.nu12 * fabric.nu21)
     along = shell.height / grid.generatrix * math.sqrt(fabric.E11 * density)

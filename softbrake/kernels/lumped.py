@@ -14,7 +14,7 @@ def advance_lumped(model, state, _, history, interval, most, until):
 
     Exact for constant pressure, of second order else. Nodes are drawn on a straight wall; they weigh and carry nothing.
     """
-    now, nodes, rows, done = state.now, state.nodes, 0, 0
+    now, nodes, rows, done, outcome = state.now, state.nodes, 0, 0, Outcome.RUNNING
     area, mass = model.sector.copies * model.cover_area, model.sector.copies * model.cargo_mass
     while done < most and now[History.TIME] < until and rows + 1 < history.shape[0]:
         length, dt = begin_step(model, state)
