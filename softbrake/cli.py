@@ -100,6 +100,8 @@ def run(
     _check_scale(scale)
     if case.time.courant > 1.0 and case.tolerance is None:
         typer.echo(f"time.courant {case.time.courant:g} exceeds the stable step, 1: expect the run to diverge", err=True)
+    if case.tolerance is not None and not quiet:
+        typer.echo("tolerance: fidelity, grid and Courant number are chosen, those of the case set aside", err=True)
     _announce_compiling(case, quiet)
     try:
         with console.progress(case.shell.height, quiet=quiet) as callback:

@@ -279,6 +279,17 @@ def test_interrupt_is_told(member: Climb, tmp_path: Path, monkeypatch: pytest.Mo
     assert len(summary.ladder) == 3
 
 
+def test_contact_has_one_default_where_the_level_is_chosen() -> None:
+    file = CONFIGS / "free-fall.yaml"
+    changes = (["tolerance=1%"], ["model.fidelity=auto"], ["model.fidelity=axisymmetric", "tolerance=1%"])
+    assert {softbrake.load_case(file, change).contact for change in changes} == {("ground", "cover", "cargo")}
+
+
+def test_climb_takes_the_courant_number_that_the_damping_allows() -> None:
+    assert level(case(), "axisymmetric", 36, 720).time.courant == 0.95
+    assert level(case("no-belts", "fabric.viscosity=0"), "axisymmetric", 36, 720).time.courant == 0.35
+
+
 def test_wall_seconds_are_of_the_whole_climb() -> None:
     summary = climb(case(), 0.05).summary
     assert summary.wall_seconds >= sum(rung.seconds for rung in summary.ladder) - 1e-2
