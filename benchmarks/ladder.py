@@ -266,7 +266,7 @@ def run(name: str, tolerance: float, budget: float, reference: Reference) -> Run
         fidelity=found.case.model.fidelity,
         generatrix=grid.generatrix,
         hoop=grid.hoop,
-        seconds=sum(rung.seconds for rung in summary.ladder),
+        seconds=summary.wall_seconds,
     )
 
 
@@ -281,12 +281,13 @@ def summarise(runs: list[Run], references: dict[str, Reference]) -> None:
     for tolerance in sorted({run.tolerance for run in runs}, reverse=True):
         of = [run for run in runs if run.tolerance == tolerance]
         claims = [run for run in of if run.claimed]
-        honest = sum(run.error <= run.permitted for run in claims)
+        honest = sum(run.error + references[run.scene].doubt <= run.permitted for run in claims)
+        undecided = sum(abs(run.error - run.permitted) < references[run.scene].doubt for run in claims)
         bars = [run for run in of if run.error_bar is not None]
         covered = sum(run.error <= (run.error_bar or 0.0) for run in bars)
         typical = statistics.median(run.error / run.permitted for run in claims)
         seconds = (statistics.median(run.seconds for run in some) for some in (of, claims) if some)
-        cells = [str(len(of)), str(len(claims)), f"{honest} ({share(honest, len(claims))})", f"{typical:.2g}"]
+        cells = [str(len(of)), str(len(claims)), f"{honest} ({share(honest, len(claims))})", str(undecided), f"{typical:.2g}"]
         lucky = sum(references[run.scene].scatter > run.permitted for run in claims)
         cells += [str(lucky), f"{covered} of {len(bars)}", str(len(of) - len(claims)), *(f"{median:.2f}" for median in seconds)]
         lines.append([f"{100 * tolerance:g} %", *cells])
@@ -295,6 +296,7 @@ def summarise(runs: list[Run], references: dict[str, Reference]) -> None:
         "scenes",
         "claims",
         "within",
+        "undecided",
         "median error/allowed",
         "but one drop scatters more",
         "error bar holds",
@@ -312,7 +314,8 @@ def list_scenes(runs: list[Run], references: dict[str, Reference]) -> None:
         line = [name, f"{reference.velocity:.4f}" + (f" ± {reference.doubt:.2g}" if reference.doubt else "")]
         for run in (run for run in runs if run.scene == name):
             bar = "–" if run.error_bar is None else f"{run.error_bar:.2g}"
-            verdict = "" if not run.claimed else " ok" if run.error <= run.permitted else " WRONG"
+            told = abs(run.error - run.permitted) >= reference.doubt
+            verdict = "" if not run.claimed else " undecided" if not told else " ok" if run.error <= run.permitted else " WRONG"
             line.append(f"{run.error:.2g} ± {bar}, {run.fidelity[:4]} {run.generatrix}, {run.seconds:.1f} s{verdict}")
         lines.append(line)
     table(["scene", "reference, m/s", *(f"{100 * tolerance:g} %: error, bar" for tolerance in tolerances)], lines)

@@ -316,7 +316,7 @@ class _CaseChecker(Checker):
         belts = self.belts(root, shell, fabric, grid)
         cargo = self.cargo(root, shell)
         model = self.model(root, grid)
-        contact = self.contact(root, model)
+        contact = self.contact(root, model, climbed="tolerance" in top or model.get("fidelity") == "auto")
         pressure = self.pressure(root, shell, cargo, top)
         self.initial(root, top, model, pressure)
         time = self.named(root, "time")
@@ -324,7 +324,7 @@ class _CaseChecker(Checker):
         if self.faults:
             return None
         if time["courant"] == "auto":
-            time["courant"] = _auto_courant(Shell(**shell), Fabric(**fabric), Grid(**grid))
+            time["courant"] = auto_courant(Shell(**shell), Fabric(**fabric), Grid(**grid))
         return Case(
             title=top.get("title", stem),
             gravity=top["gravity"],
@@ -417,12 +417,13 @@ class _CaseChecker(Checker):
             fault = f"the {pressure.law} law starts without pressure"
             self.fault(place, where, fault, "initial: unloaded, or a pressure at t = 0 is wanted")
 
-    def contact(self, root: Node, model: Values) -> tuple[str, ...]:
+    def contact(self, root: Node, model: Values, climbed: bool) -> tuple[str, ...]:
+        """What stops the fabric; climbed: whether fidelity is chosen, and one default stands for all."""
         assert isinstance(root.value, dict)
         node = root.value.get("contact")
         fidelity = model.get("fidelity", "axisymmetric")
         known = tuple(part for part in CONTACT if part not in UNKNOWN_CONTACT[fidelity])
-        word = node.value if node is not None else DEFAULT_CONTACT.get(fidelity, "full")
+        word = node.value if node is not None else DEFAULT_CONTACT["full" if climbed else fidelity]
         if isinstance(word, str) and word in CONTACT_SETS:
             return tuple(part for part in CONTACT_SETS[word] if part in known)
         assert node is not None
@@ -556,7 +557,7 @@ class _CaseChecker(Checker):
             self.fault(place, where, fault, "peak_time < end_time is wanted")
 
 
-def _auto_courant(shell: Shell, fabric: Fabric, grid: Grid) -> float:
+def auto_courant(shell: Shell, fabric: Fabric, grid: Grid) -> float:
     """Courant coefficient that is safe for the damping ratio of the grid's shortest waves, viscosity/(h sqrt(E density))."""
     density = fabric.areal_density / (1.0 - fabric.nu12 * fabric.nu21)
     along = shell.height / grid.generatrix * math.sqrt(fabric.E11 * density)

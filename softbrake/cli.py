@@ -123,6 +123,8 @@ def run(
     if case.time.courant > 1.0 and case.tolerance is None:
         fate = "the run diverges, or slack hides it and tensions are wrong"
         typer.echo(f"time.courant {case.time.courant:g} exceeds the stable step, 1: {fate}", err=True)
+    if case.tolerance is not None and not quiet:
+        typer.echo("tolerance: fidelity, grid and Courant number are chosen, those of the case set aside", err=True)
     _compile([case], quiet)
     try:
         with console.progress(case.shell.height, quiet=quiet) as callback:

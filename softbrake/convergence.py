@@ -8,6 +8,7 @@ from dataclasses import dataclass
 FORMAL_ORDER = 2.0  # of the scheme in space and time
 SAFETY = 1.25  # of an index from three grids that converge as they should (ASME V&V 20)
 CAUTION = 3.0  # of one from grids that do not
+LEAST_ORDER = 0.3  # below it the bar is many times the differences, and means nothing
 
 
 @dataclass(frozen=True)
@@ -15,9 +16,9 @@ class Estimate:
     """What three values on grids of constant refinement ratio say about the finest of them."""
 
     value: float  # on the finest grid
-    order: float | None  # observed; None where the differences do not fall, or change sign
+    order: float | None  # observed; None where the differences hardly fall, or change sign
     limit: float | None  # extrapolated, at the observed order
-    error: float  # estimated bound of |value - limit|, the index times |value|; inf where the differences do not fall
+    error: float  # estimated bound of |value - limit|, the index times |value|; inf where none can be told
     trusted: bool  # whether the observed order is near the formal one
 
 
@@ -26,20 +27,25 @@ def estimate(coarse: float, medium: float, fine: float, ratio: float, formal: fl
 
     order = ln((coarse - medium)/(medium - fine))/ln(ratio); error = safety |medium - fine|/(ratio^order - 1), the order not taken
     above the formal one. The safety factor is 1.25, and 3 where the observed order is unreasonable: above one and a half times
-    the formal one, where errors of two kinds cancel; or below half of it, or none as differences change sign, and then the order
-    is taken as 1 at most. Differences that do not fall at all give no bound. Roache, J. Fluids Eng. 116 (1994).
+    the formal one, where errors of two kinds cancel; or below about half of it, or none as differences change sign, and then the
+    order is taken as 1 at most. Finer grids may agree by accident: where the second difference falls faster than at twice the
+    formal order, it is taken as large as that. Differences that hardly fall, or a second one of round-off only, give no bound.
+    Roache, J. Fluids Eng. 116 (1994).
     """
     first, second = coarse - medium, medium - fine
-    floor = 1e-12 * max(abs(fine), abs(medium))
+    floor = 1e-12 * max(abs(fine), abs(medium), abs(coarse))
     if abs(second) <= floor and abs(first) <= floor:
         return Estimate(fine, None, fine, floor, True)
-    if abs(second) >= abs(first):
+    if abs(second) <= floor or abs(second) >= abs(first):
         return Estimate(fine, None, None, math.inf, False)
-    order = math.log(abs(first) / max(abs(second), floor)) / math.log(ratio)
+    order = math.log(abs(first) / abs(second)) / math.log(ratio)
+    if order < LEAST_ORDER:
+        return Estimate(fine, None, None, math.inf, False)
     monotone = first * second >= 0.0
     steep = order > 0.49 * formal
     trusted = monotone and steep and order < 1.5 * formal
     used = min(order, formal) if monotone and steep else min(order, formal, 1.0)
-    error = (SAFETY if trusted else CAUTION) * abs(second) / (ratio**used - 1.0)
+    least = abs(first) / ratio ** (2.0 * formal)
+    error = (SAFETY if trusted else CAUTION) * max(abs(second), least) / (ratio**used - 1.0)
     limit = fine - second / (ratio**order - 1.0) if monotone else None
     return Estimate(fine, order if monotone else None, limit, error, trusted)

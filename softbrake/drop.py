@@ -103,16 +103,19 @@ def run(
     results: str | Path | None = None,
     progress: Callable[[Progress], None] | None = None,
     amend: Callable[[Summary], Summary] | None = None,
+    disturbed: tuple[float, int] | None = None,
 ) -> Summary:
     """Run a drop to impact, full stop or `time.end` and return its answer.
 
     results: path of the result file to write, or None for none. progress: called about ten times a second. amend: completes the
-    answer before it is kept.
+    answer before it is kept. disturbed: size (m) and seed, as of `Drop.disturb`.
     Ctrl-C ends the run early with outcome "interrupted" and a whole result file.
     Raises Diverged where the computation fails; the result file is readable up to there.
     """
     drop = Drop(case)
     drop.advance(most=0)  # loads or compiles the kernels, before an older result file is replaced
+    if disturbed is not None:
+        drop.disturb(*disturbed)
     if results is None:
         return drop.run(None, progress, amend)
     with ResultFile.create(Path(results), case, version=__version__, source_hash=hash_sources(PACKAGE)) as file:

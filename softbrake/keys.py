@@ -129,7 +129,8 @@ AUTO_COURANT = ((0.03, 0.95), (0.01, 0.75), (0.003, 0.6), (0.0, 0.35))
 CONTACT = ("ground", "belts", "cover", "cargo", "axis", "folds")  # what stops the fabric
 RESIDUAL = {"cut": 0.0, "wrinkle": 0.005, "compression": 1.0}  # default by what slack fabric does
 UNKNOWN_CONTACT = {"full": ("axis",), "sector": ("axis", "folds"), "axisymmetric": (), "lumped": (), "auto": ()}  # by fidelity
-DEFAULT_CONTACT = {"full": "solid"}  # where folds cost more than all else; others: full
+# Folds cost the full shell more than all else. A climb for a tolerance has that of the full shell.
+DEFAULT_CONTACT = {"full": "solid", "sector": "full", "axisymmetric": "full", "lumped": "full"}
 CONTACT_SETS = {
     "solid": ("ground", "cover", "cargo"),
     "full": ("ground", "cover", "cargo", "axis", "folds"),

@@ -43,3 +43,15 @@ def test_doubtful_sequences_get_a_wider_bar_or_none() -> None:
     assert not slow.trusted and slow.error > CAUTION * 0.08
     assert estimate(1.0, 1.1, 1.3, 2.0).error == math.inf
     assert estimate(2.0, 2.0, 2.0, 2.0).error < 1e-11
+
+
+def test_grids_that_agree_by_accident_are_no_certainty() -> None:
+    assert estimate(1.0, 1.2, 1.2, 2.0).error == math.inf
+    assert estimate(3.0, 0.0, 0.0, 1.5).error == math.inf  # and no division by zero
+    assert estimate(0.0, 0.0, 0.0, 1.5).error == 0.0
+    nearly = estimate(1.0, 1.2, 1.2 + 1e-9, 2.0)
+    assert nearly.error == pytest.approx(CAUTION * 0.2 / 2.0**4 / 3.0)  # as if the difference had fallen at order 4
+
+
+def test_differences_that_hardly_fall_give_no_bound() -> None:
+    assert estimate(1.0, 1.1, 1.19, 2.0).error == math.inf

@@ -14,13 +14,14 @@ def advance_lumped(model, state, _, history, interval, most, until):
 
     Exact for constant pressure, of second order else. Nodes are drawn on a straight wall; they weigh and carry nothing.
     """
-    now, nodes, rows, done = state.now, state.nodes, 0, 0
+    now, nodes, rows, done, outcome = state.now, state.nodes, 0, 0, Outcome.RUNNING
     area, mass = model.sector.copies * model.cover_area, model.sector.copies * model.cargo_mass
-    while done < most and now[History.TIME] < until and rows + 1 < history.shape[0]:
+    velocity = nodes.w[model.n1]
+    while outcome == Outcome.RUNNING and done < most and now[History.TIME] < until and rows + 1 < history.shape[0]:
         length, dt = begin_step(model, state)
         pressure = pressure_at(model.pressure, now[History.TIME])  # (2.10)
         force = pressure * area
-        old = nodes.w[model.n1]
+        old = velocity
         step = foresee(now, old, model.gravity, model.sector, dt, length)
         now[History.PRESSURE] = pressure
         now[History.COVER_FORCE] = now[History.GROUND_FORCE] = force
@@ -33,12 +34,12 @@ def advance_lumped(model, state, _, history, interval, most, until):
         now[History.KINETIC_ENERGY] = 0.5 * mass * velocity * velocity
         now[History.WORK_PRESSURE] += dt * force * mean
         now[History.WORK_GRAVITY] -= dt * mass * model.gravity * mean
-        for i in range(nodes.z.size):
-            nodes.z[i] = height * i / model.n1
-            nodes.w[i] = velocity * i / model.n1
         outcome = end_step(model, state, length, height)
         done += 1
-        if outcome != Outcome.RUNNING:
-            record(history, rows, now)
-            return rows + 1, outcome
-    return rows, Outcome.RUNNING
+    for i in range(nodes.z.size):
+        nodes.z[i] = now[History.HEIGHT] * i / model.n1
+        nodes.w[i] = velocity * i / model.n1
+    if outcome != Outcome.RUNNING:
+        record(history, rows, now)
+        rows += 1
+    return rows, outcome
