@@ -109,8 +109,13 @@ def test_shell_stops_at_the_pressure_found_and_its_bar_holds() -> None:
     fine = find(ask(NO_BELTS, [AXISYMMETRIC, "grid.generatrix=108", "grid.hoop=720"]))
     assert found.error is not None
     assert abs(fine.value - found.value) < found.error < 0.02 * found.value
-    faults = [point.fault for point in found.points if point.score is None]
-    assert faults and all("diverged" in fault for fault in faults)  # at several times the pressure; it does no harm
+
+
+def test_values_at_which_the_fabric_bursts_do_no_harm() -> None:
+    soft = find(ask(NO_BELTS, [AXISYMMETRIC, "fabric.E=3 kN/m"]))
+    faults = [point.fault for point in soft.points if point.score is None]
+    assert faults and all("diverged" in fault for fault in faults)
+    assert soft.summary.outcome == "stopped"
 
 
 def test_tolerance_chooses_the_level_and_checks_the_value_found() -> None:
@@ -176,11 +181,11 @@ def test_refusal_names_what_was_found_at_both_ends() -> None:
         find(ask(NO_BELTS, [LUMPED], between="1 kPa:5 kPa"))
     assert "impact_velocity = 0 m/s" in str(caught.value)
     with pytest.raises(
-        NotReached, match=r"diverged at .* \d+ of 9 without an answer"
-    ):  # the fabric bursts before it stops the cargo
-        find(ask(NO_BELTS, [AXISYMMETRIC, "fabric.E=3 kN/m", "cargo.mass=200 kg"]))
+        NotReached, match=r"diverged at .* \d of 9 without an answer"
+    ):  # the fabric bursts before it brakes so hard
+        find(ask(NO_BELTS, [AXISYMMETRIC, "fabric.E=3 kN/m"], target="peak_deceleration=10000 m/s^2"))
     with pytest.raises(NotReached, match=r"none of 9 has an answer"):
-        find(ask(NO_BELTS, [AXISYMMETRIC, "fabric.E=3 kN/m"], between="40 kPa:80 kPa"))
+        find(ask(NO_BELTS, [AXISYMMETRIC, "fabric.E=1 kN/m"], between="40 kPa:80 kPa"))
     with pytest.raises(NotReached, match="neither impact nor stop"):
         find(ask(NO_BELTS, [LUMPED, "time.end=1 ms"]))
 
