@@ -82,6 +82,8 @@ def print_summary(summary: Summary, tension_scale: float | None = None, console:
         console.print()
     if summary.sensitivity is not None:
         console.print(_sensitivity(summary.sensitivity))
+        if any(row.changes[name] is None for row in summary.sensitivity.inputs for name in summary.sensitivity.errors):
+            console.print("–: no answer at 0.2 % more or less, as the cargo stops or the run fails")
         for path, fault in summary.sensitivity.left_out.items():
             console.print(f"{path} is not varied alone: {fault}")
         console.print()
@@ -230,7 +232,7 @@ def _sensitivity(found: Sensitivities) -> Table:
     for row in found.inputs:
         table.add_row(row.path, *("–" if row.changes[name] is None else f"{row.changes[name]:+.2f}" for name in columns))
     table.add_row("standard error", *(f"{found.errors[name]:.2g}" for name in columns))
-    table.add_row("noise of one run, %", *(f"{100 * found.noise[name]:.2g}" for name in columns))
+    table.add_row("off straight lines, %", *(f"{100 * found.noise[name]:.2g}" for name in columns))
     table.add_row("steps up to, %", *(f"{100 * found.steps[name]:g}" for name in columns))
     return table
 

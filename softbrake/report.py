@@ -276,7 +276,7 @@ def _sensitivity(found: Sensitivities) -> str:
         for row in found.inputs
     ]
     rows.append(["standard error", *(f"{found.errors[name]:.2g}" for name in names)])
-    rows.append(["noise of one run, %", *(f"{100 * found.noise[name]:.2g}" for name in names)])
+    rows.append(["off straight lines, %", *(f"{100 * found.noise[name]:.2g}" for name in names)])
     left = [escape(f"{path} is not varied alone: {fault}") for path, fault in found.left_out.items()]
     return table(head, rows, len(names)) + "".join(f'<p class="note">{line}</p>' for line in left)
 

@@ -88,9 +88,9 @@ class Sensitivity:
 class Sensitivities:
     """What all inputs do to the answers."""
 
-    inputs: list[Sensitivity]  # the strongest first
+    inputs: list[Sensitivity]  # those that lose an answer first, then the strongest
     errors: dict[str, float]  # of the changes, standard deviation
-    noise: dict[str, float]  # of an answer, relative, standard deviation
+    noise: dict[str, float]  # of an answer, relative, standard deviation from straight lines over the inputs
     steps: dict[str, float]  # widest step behind an answer, relative, of the inputs
     left_out: dict[str, str]  # inputs that cannot be varied alone, and why
 
