@@ -232,7 +232,7 @@ def plot(
     from softbrake.plot import PlotError, plot_result
     from softbrake.results import ResultError
 
-    picture = output or result.with_suffix(".png")
+    picture = output or _beside(result, ".png")
     try:
         plot_result(result, picture, dimensionless)
     except (PlotError, ResultError) as error:
@@ -486,7 +486,11 @@ def report(
     from softbrake.report import write_report
     from softbrake.results import ResultError
 
-    page = output or result.with_suffix(".html")
+    page = output or _beside(result, ".html")
+    if page.suffix != ".html":
+        _fail(f"{page}: the name of a page ends in .html")
+    if page.resolve() == result.resolve():
+        _fail(f"{page}: is the result; --output must name another file")
     try:
         write_report(result, page)
     except ResultError as error:
@@ -617,6 +621,12 @@ def _announce_compiling(case: Case, quiet: bool, every: bool = False) -> None:
 
     if not quiet and not kernels_cached(case, every):
         typer.echo("compiling kernels (first run only, about 15 s) ...", err=True)
+
+
+def _beside(result: Path, suffix: str) -> Path:
+    """Name of a file beside a result or a folder; dots in the name of a folder end nothing."""
+    named = result if result.name not in ("", "..") else result.resolve()
+    return named.parent / f"{named.stem if named.suffix == '.vtkhdf' else named.name}{suffix}"
 
 
 def _check_writable(results: Path, case_file: Path) -> None:

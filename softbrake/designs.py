@@ -94,7 +94,11 @@ def load_designs(
             section[key.name] = check.value(Node(value, *[Place((1, 0, 0), f"--{key.name} {value}")] * 2), "", key)
     axes = {} if node is None or vary else _axes_of_file(node, check)
     for index, option in enumerate(vary):
-        axes |= _axis_of_option(option, Place((1, index, 0), f"--vary {option}"), check)
+        place = Place((1, index, 0), f"--vary {option}")
+        for path_varied, values in _axis_of_option(option, place, check).items():
+            if path_varied in axes:
+                check.fault(place, path_varied, "given twice", "all its values in one list or range are wanted")
+            axes[path_varied] = values
     asked = (settings or {}).get("mode") is not None
     place = Place((1, 0, 0), f"--mode {section.get('mode', 'grid')}") if node is None or asked else node.key
     combinations = [] if check.faults else list(_combine(list(axes.values()), section, place, check))
