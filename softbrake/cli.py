@@ -438,7 +438,12 @@ def design(
         str, typer.Option("--target", metavar="ANSWER=VALUE", help="As impact_velocity=1.5m/s; 0 is a full stop.")
     ] = "impact_velocity=0",
     between: Annotated[
-        str | None, typer.Option("--range", metavar="LOW:HIGH", help="To search; default: a third to three times the case's.")
+        str | None,
+        typer.Option(
+            "--range",
+            metavar="LOW:HIGH",
+            help="To search; default: a third to three times the case's, of pressure.value that of section 2.2.",
+        ),
     ] = None,
     budget: Annotated[
         float, typer.Option("--budget", metavar="SECONDS", min=0.0, help="Most time to choose a level, where a tolerance is set.")
@@ -472,6 +477,8 @@ def design(
         console.print_design(question, stop, found)
         options = [word for change in [*(overrides or ()), f"{path}={found.value:.6g}"] for word in ("--set", change)]
         typer.echo(f"next: {shlex.join(['softbrake', 'run', str(case_file), *options])}")
+    if found.missed:
+        _fail(f"{path}: {found.missed}", FAILED)
     _check_reached(case, found.summary)
 
 

@@ -169,7 +169,7 @@ def _motion(summary: Summary) -> Table:
     peak = summary.peak_deceleration
     when = f", at {summary.peaks['peak_deceleration'].time:.5f} s" if "peak_deceleration" in summary.peaks else ""
     bar = _bar(summary, "peak_deceleration", 1.0)
-    table.add_row("peak deceleration", f"{peak:.2f}", "m/s^2", f"{bar}{peak / STANDARD_GRAVITY:.2f} g{when}")
+    table.add_row("peak deceleration", f"{peak:.2f}", "m/s^2", f"{bar}{peak / STANDARD_GRAVITY:.2f} g net of gravity{when}")
     return table
 
 
@@ -276,6 +276,7 @@ def design_json(question: Question, stop: Piston, found: Design) -> str:
         "value": found.value,
         "error": found.error,
         "error_reason": found.basis,
+        "missed": found.missed or None,
         "bracket": found.bracket,
         "other_crossings": found.others,
         "points": [

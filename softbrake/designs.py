@@ -114,7 +114,9 @@ def load_designs(
             case = parse_case(text, name, [*overrides, *changes])
             designs.append(Design(tuple(map(_si, axes, combination)), case))
         except CaseError as error:
-            faults |= dict.fromkeys(error.faults)
+            told = ", ".join(change.text for change in changes)
+            named = (fault if any(axis in fault for axis in axes) else f"{fault}, with {told}" for fault in error.faults)
+            faults |= dict.fromkeys(named)
     if faults:
         shown = list(faults)[:FAULTS_SHOWN]
         raise CaseError(shown + ([f"... and {len(faults) - len(shown)} faults more"] if len(faults) > len(shown) else []))

@@ -8,8 +8,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 import synthetic_drop as drop
-from conftest import Command
+from conftest import ROOT, Command
 
+from softbrake.case import load_case
+from softbrake.drop import run
 from softbrake.page import BUCKETS, Curve, Mark, chart, table
 from softbrake.report import result_page, sweep_page, write_report
 from softbrake.results import ResultError, ResultFile, read_history, replace_summary
@@ -279,6 +281,14 @@ def test_command(softbrake: Command, tmp_path: Path) -> None:
         assert (done.returncode, done.stdout) == (2, "")
         assert fault in done.stderr and "Traceback" not in done.stderr
     assert (tmp_path / "drop.vtkhdf").read_bytes() == kept
+
+
+def test_lumped_run_has_no_tensions_to_show(tmp_path: Path) -> None:
+    case = load_case(ROOT / "configs" / "no-belts.yaml", ["model.fidelity=lumped", "fabric.strength=30 kN/m"])
+    run(case, tmp_path / "gas.vtkhdf")
+    words = Page(result_page(tmp_path / "gas.vtkhdf")).words.lower()
+    assert "net of gravity" in words
+    assert not [shown for shown in ("peak tension", "largest tensions", "margin, fabric") if shown in words]
 
 
 def test_pages_of_folders_stand_beside_them(softbrake: Command, tmp_path: Path) -> None:

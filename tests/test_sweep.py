@@ -110,6 +110,7 @@ def test_latin_hypercube_has_one_sample_in_each_part_of_each_axis() -> None:
         (["fabric.E=1:2:1000", "cargo.mass=1:2:1001"], {}, "1001000 runs; up to 1000000"),
         (["belts.width=1mm,400mm"], {}, "belts.width: the outer belts come closer than half a grid cell"),
         (["fabric.E=1,2", "cargo.mass=1,2", "fabric.E=3,4"], {}, "--vary fabric.E=3,4: fabric.E: given twice"),
+        (["pressure.law=constant,sine"], {}, "with pressure.law=sine"),
         (["fabric.E=-1,-2,5"], {}, "fabric.E: -2 is out of range"),
     ],
     ids=lambda value: value[0] if isinstance(value, list) else None,
