@@ -20,7 +20,7 @@ import numpy as np
 
 from softbrake.case import Case
 from softbrake.drop import NEVER, Diverged, Drop
-from softbrake.ladder import climb
+from softbrake.ladder import climb, reached
 from softbrake.state import Floats, Outcome
 from softbrake.summary import Summary
 
@@ -65,7 +65,11 @@ def run_one(case: Case, histories: bool = False, stop: threading.Event | None = 
     fault = None
     try:
         if case.tolerance is not None:
-            return Dropped(climb(case, case.tolerance).summary, None, None)
+            if histories:
+                return Dropped(None, "a case with a tolerance has no history, its answer is of several runs", None)
+            summary = climb(case, case.tolerance).summary
+            missed = f"the tolerance of {case.tolerance:.3g} was not reached: {summary.fidelity_reason}"
+            return Dropped(summary, None if reached(case, summary) else missed, None)
         drop = Drop(case)
         drop.interval = case.output.history_interval if histories else NEVER
         outcome = Outcome.RUNNING

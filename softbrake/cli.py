@@ -257,7 +257,7 @@ def plot(
     from softbrake.plot import PlotError, plot_result
     from softbrake.results import ResultError
 
-    picture = output or result.with_suffix(".png")
+    picture = output or _beside(result, ".png")
     try:
         plot_result(result, picture, dimensionless)
     except (PlotError, ResultError) as error:
@@ -461,7 +461,12 @@ def design(
         str, typer.Option("--target", metavar="ANSWER=VALUE", help="As impact_velocity=1.5m/s; 0 is a full stop.")
     ] = "impact_velocity=0",
     between: Annotated[
-        str | None, typer.Option("--range", metavar="LOW:HIGH", help="To search; default: a third to three times the case's.")
+        str | None,
+        typer.Option(
+            "--range",
+            metavar="LOW:HIGH",
+            help="To search; default: a third to three times the case's, of pressure.value that of section 2.2.",
+        ),
     ] = None,
     budget: Annotated[
         float, typer.Option("--budget", metavar="SECONDS", min=0.0, help="Most time to choose a level, where a tolerance is set.")
@@ -495,6 +500,8 @@ def design(
         console.print_design(question, stop, found)
         options = [word for change in [*(overrides or ()), f"{path}={found.value:.6g}"] for word in ("--set", change)]
         typer.echo(f"next: {shlex.join(['softbrake', 'run', str(case_file), *options])}")
+    if found.missed:
+        _fail(f"{path}: {found.missed}", FAILED)
     _check_reached(case, found.summary)
 
 
@@ -509,7 +516,11 @@ def report(
     from softbrake.report import write_report
     from softbrake.results import ResultError
 
-    page = output or result.with_suffix(".html")
+    page = output or _beside(result, ".html")
+    if page.suffix != ".html":
+        _fail(f"{page}: the name of a page ends in .html")
+    if page.resolve() == result.resolve():
+        _fail(f"{page}: is the result; --output must name another file")
     try:
         write_report(result, page)
     except ResultError as error:
@@ -649,6 +660,12 @@ def _compile(cases: Iterable[Case], quiet: bool, every: bool = False) -> None:
             typer.echo(f"compiling kernels (first run only, {COMPILING}) ...", err=True)
         every = every or any(case.tolerance is not None for case in missing)
         compile_kernels(lambda _: None, KERNELS if every else dict.fromkeys(case.model.fidelity for case in missing))
+
+
+def _beside(result: Path, suffix: str) -> Path:
+    """Name of a file beside a result or a folder; dots in the name of a folder end nothing."""
+    named = result if result.name not in ("", "..") else result.resolve()
+    return named.parent / f"{named.stem if named.suffix == '.vtkhdf' else named.name}{suffix}"
 
 
 def _check_writable(results: Path, case_file: Path) -> None:

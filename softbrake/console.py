@@ -82,6 +82,8 @@ def print_summary(summary: Summary, tension_scale: float | None = None, console:
         console.print()
     if summary.sensitivity is not None:
         console.print(_sensitivity(summary.sensitivity))
+        if any(row.changes[name] is None for row in summary.sensitivity.inputs for name in summary.sensitivity.errors):
+            console.print("–: no answer at 0.2 % more or less, as the cargo stops or the run fails")
         for path, fault in summary.sensitivity.left_out.items():
             console.print(f"{path} is not varied alone: {fault}")
         console.print()
@@ -167,7 +169,7 @@ def _motion(summary: Summary) -> Table:
     peak = summary.peak_deceleration
     when = f", at {summary.peaks['peak_deceleration'].time:.5f} s" if "peak_deceleration" in summary.peaks else ""
     bar = _bar(summary, "peak_deceleration", 1.0)
-    table.add_row("peak deceleration, 1 kHz", f"{peak:.2f}", "m/s^2", f"{bar}{peak / STANDARD_GRAVITY:.2f} g{when}")
+    table.add_row("peak deceleration, 1 kHz", f"{peak:.2f}", "m/s^2", f"{bar}{peak / STANDARD_GRAVITY:.2f} g net{when}")
     return table
 
 
@@ -230,7 +232,7 @@ def _sensitivity(found: Sensitivities) -> Table:
     for row in found.inputs:
         table.add_row(row.path, *("–" if row.changes[name] is None else f"{row.changes[name]:+.2f}" for name in columns))
     table.add_row("standard error", *(f"{found.errors[name]:.2g}" for name in columns))
-    table.add_row("noise of one run, %", *(f"{100 * found.noise[name]:.2g}" for name in columns))
+    table.add_row("off straight lines, %", *(f"{100 * found.noise[name]:.2g}" for name in columns))
     table.add_row("steps up to, %", *(f"{100 * found.steps[name]:g}" for name in columns))
     return table
 
@@ -274,6 +276,7 @@ def design_json(question: Question, stop: Piston, found: Design) -> str:
         "value": found.value,
         "error": found.error,
         "error_reason": found.basis,
+        "missed": found.missed or None,
         "bracket": found.bracket,
         "other_crossings": found.others,
         "points": [

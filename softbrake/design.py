@@ -29,7 +29,7 @@ TARGETS = {
     "peak_tension_hoop": Dimension.TENSION,
     "peak_tension_belt": Dimension.TENSION,
 }
-EXAMPLES = {"impact_velocity": "1.5m/s", "peak_deceleration": "78.5m/s^2"} | dict.fromkeys([*TARGETS][2:], "30kN/m")
+EXAMPLES = {"impact_velocity": "1.5m/s", "peak_deceleration": "78.45m/s^2 (8 g)"} | dict.fromkeys([*TARGETS][2:], "30kN/m")
 REACH = 3.0  # of the range on both sides of the value of the case
 POINTS = 9  # of the look at the range before the search
 WIDTH = 5e-4  # of the value, at which the search ends: below any error of the grid
@@ -96,6 +96,7 @@ class Design:
     summary: Summary  # at the value; that of the climb there, where the case asks for a tolerance
     points: list[Point]  # all that was tried, in the order of the values
     others: int  # how often else the answer crosses the target in the range
+    missed: str = ""  # what the climb at the value gives, where that is off the target by more than all errors
 
 
 @dataclass(frozen=True)
@@ -152,6 +153,10 @@ def ask(
     except CaseError as error:
         fault = error.faults[0].partition(": ")[2]
         raise ValueError(f"--find {path} from {low:.6g} to {high:.6g}: {fault}") from None
+    if goal.name.startswith("peak_tension") and case.model.fidelity == "lumped":
+        raise ValueError(f"--target {target}: a lumped case has no shell, and so no tensions")
+    if goal.name == "peak_tension_belt" and not case.belts:
+        raise ValueError(f"--target {target}: the case has no belts")
     tolerance = case.tolerance
     if tolerance is None:
         return Question(case, varied, path, key.kind.unit, goal, low, high, None)
@@ -247,8 +252,21 @@ def find(question: Question, report: Callable[[Point], None] | None = None) -> D
     bracket = (min(first.value, second.value), max(first.value, second.value))
     error = None if numerical is None else numerical / abs(slope) + bracket[1] - bracket[0]
     points.sort(key=lambda point: point.value)
-    summary = best.summary if question.check is None else question.check(best.value).summary
-    return Design(best.value, bracket, error, basis, summary, points, len(crossings) - 1)
+    if question.check is None:
+        return Design(best.value, bracket, error, basis, best.summary, points, len(crossings) - 1)
+    checked = question.check(best.value)
+    missed = _missed_by(checked, target, abs(slope) * (error or 0.0))
+    return Design(best.value, bracket, error, basis, checked.summary, points, len(crossings) - 1, missed)
+
+
+def _missed_by(checked: Climb, target: Target, error: float) -> str:
+    """What a climb gives, in words, where its score is off 0 by more than its own error and that of the search (of the score)."""
+    summary = checked.summary
+    score, own = target.score(checked.case, summary), (summary.peak_errors or {}).get(target.name) or 0.0
+    if target.name == "impact_velocity":
+        speed, bar = summary.impact_velocity or 0.0, summary.impact_velocity_error or 0.0
+        own = speed * bar + 0.5 * bar**2  # of V²/2
+    return f"the check gives {answer(summary, target)}, not {target}" if abs(score) > own + error else ""
 
 
 def answer(summary: Summary, target: Target) -> str:
@@ -320,9 +338,13 @@ def _numerical_error(case: Case, target: Target, summary: Summary) -> tuple[floa
 def _missed(scan: Sequence[Point], target: Target) -> str:
     ends = "; ".join(f"at {point.value:.6g}: {point.in_words(target)}" for point in (scan[0], scan[-1]))
     known = [point for point in scan if point.score is not None]
+    late = sum("neither impact nor stop" in point.fault for point in scan)
+    longer = "; raise time.end" if 2 * late > len(scan) else ""
     if not known:
-        return f"no value in the range reaches {target}: none of {len(scan)} has an answer; {ends}"
+        return f"no value in the range reaches {target}: none of {len(scan)} has an answer; {ends}{longer}"
     near = min(known, key=lambda point: abs(point.score or 0.0))
     lost = len(scan) - len(known)
     without = f", {lost} of {len(scan)} without an answer" if lost else ""
-    return f"no value in the range reaches {target}: {ends}; nearest is {near.value:.6g}: {near.in_words(target)}{without}"
+    return (
+        f"no value in the range reaches {target}: {ends}; nearest is {near.value:.6g}: {near.in_words(target)}{without}{longer}"
+    )

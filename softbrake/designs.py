@@ -94,7 +94,11 @@ def load_designs(
             section[key.name] = check.value(Node(value, *[Place((1, 0, 0), f"--{key.name} {value}")] * 2), "", key)
     axes = {} if node is None or vary else _axes_of_file(node, check)
     for index, option in enumerate(vary):
-        axes |= _axis_of_option(option, Place((1, index, 0), f"--vary {option}"), check)
+        place = Place((1, index, 0), f"--vary {option}")
+        for path_varied, values in _axis_of_option(option, place, check).items():
+            if path_varied in axes:
+                check.fault(place, path_varied, "given twice", "all its values in one list or range are wanted")
+            axes[path_varied] = values
     asked = (settings or {}).get("mode") is not None
     place = Place((1, 0, 0), f"--mode {section.get('mode', 'grid')}") if node is None or asked else node.key
     combinations = [] if check.faults else list(_combine(list(axes.values()), section, place, check))
@@ -110,7 +114,9 @@ def load_designs(
             case = parse_case(text, name, [*overrides, *changes])
             designs.append(Design(tuple(map(_si, axes, combination)), case))
         except CaseError as error:
-            faults |= dict.fromkeys(error.faults)
+            told = ", ".join(change.text for change in changes)
+            named = (fault if any(axis in fault for axis in axes) else f"{fault}, with {told}" for fault in error.faults)
+            faults |= dict.fromkeys(named)
     if faults:
         shown = list(faults)[:FAULTS_SHOWN]
         raise CaseError(shown + ([f"... and {len(faults) - len(shown)} faults more"] if len(faults) > len(shown) else []))

@@ -322,8 +322,13 @@ class Drop:
         case, steps = self.case, int(self.state.steps[0])
         impact = -self.now(History.VELOCITY) if outcome == "impact" else None
         free_fall = math.sqrt(case.cargo.velocity**2 + 2.0 * case.gravity * case.shell.height)
-        peaks = {f"peak_{which.name.lower()}": self._peak(which) for which in Peak if which != Peak.TENSION_BELT or case.belts}
-        belt = peaks.get("peak_tension_belt")
+        known = (
+            [Peak.DECELERATION] if case.model.fidelity == "lumped" else [p for p in Peak if p != Peak.TENSION_BELT or case.belts]
+        )
+        peaks = {f"peak_{which.name.lower()}": self._peak(which) for which in known}
+        generatrix, hoop, belt = (
+            None if (peak := peaks.get(f"peak_tension_{part}")) is None else peak.value for part in ("generatrix", "hoop", "belt")
+        )
         return Summary(
             title=case.title,
             outcome=outcome,  # type: ignore[arg-type]
@@ -334,9 +339,9 @@ class Drop:
             velocity_reduction=None if impact is None else free_fall - impact,
             minimum_height=self.now(History.HEIGHT),  # a run ends where the cover would rise
             peak_deceleration=peaks["peak_deceleration"].value,
-            peak_tension_generatrix=peaks["peak_tension_generatrix"].value,
-            peak_tension_hoop=peaks["peak_tension_hoop"].value,
-            peak_tension_belt=None if belt is None else belt.value,
+            peak_tension_generatrix=generatrix,
+            peak_tension_hoop=hoop,
+            peak_tension_belt=belt,
             peaks=peaks,
             work=Work(*(float(part) for part in self.state.now[History.WORK_PRESSURE : History.WORK_CONTACT + 1])),
             largest_penetration=float(self.state.folds.penetration[0]),
@@ -348,12 +353,8 @@ class Drop:
             wall_seconds=wall_seconds,
             model=ModelUsed(case.model.fidelity, case.grid.generatrix, case.grid.hoop, case.time.courant, case.model.scheme),
             results=None if file is None else str(file.path),
-            fabric_margin=_margin(
-                case.fabric.strength, max(peaks["peak_tension_generatrix"].value, peaks["peak_tension_hoop"].value)
-            ),
-            belt_margin=_margin(
-                min((b.strength for b in case.belts if b.strength is not None), default=None), belt.value if belt else 0.0
-            ),
+            fabric_margin=_margin(case.fabric.strength, max(generatrix or 0.0, hoop or 0.0)),
+            belt_margin=_margin(min((b.strength for b in case.belts if b.strength is not None), default=None), belt or 0.0),
         )
 
     def _divergence(self) -> str:

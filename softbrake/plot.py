@@ -85,9 +85,10 @@ def result_figure(path: Path | str, dimensionless: bool = False) -> Figure:
             ("tension_hoop", "hoop", ORANGE),
             ("tension_belt", "belt", GREEN),
         ):
-            if name != "tension_belt" or case["belts"]:
+            if case["model"]["fidelity"] != "lumped" and (name != "tension_belt" or case["belts"]):
                 tension.plot(time, history[name] / scale, color=colour, label=label)
-        tension.set(title="Largest tensions", ylabel=unit)
+        none = " (a lumped run has no shell)" if case["model"]["fidelity"] == "lumped" else ""
+        tension.set(title=f"Largest tensions{none}", ylabel=unit)
         _draw_energy(energy, history)
         for panel in axes:
             panel.margins(x=0.0)

@@ -165,7 +165,7 @@ def _answers(case: dict[str, Any], summary: Summary) -> str:
     else:
         cards.append(("lowest height", f"{summary.minimum_height:.4g} m", "no impact", False))
     peak = f"{summary.peak_deceleration / STANDARD_GRAVITY:.2f}{bar(errors.get('peak_deceleration'), 1 / STANDARD_GRAVITY)} g"
-    cards.append(("peak deceleration, 1 kHz", peak, _when(summary, "peak_deceleration"), False))
+    cards.append(("peak deceleration, 1 kHz", peak, f"net of gravity, {_when(summary, 'peak_deceleration')}".rstrip(", "), False))
     for tension in TENSIONS:
         name = f"peak_tension_{tension}"
         if (value_of := getattr(summary, name)) is not None:
@@ -214,12 +214,13 @@ def _charts(case: dict[str, Any], history: NDArray[Any], summary: Summary | None
         ("contact", 4, ("ground", "contact")),
     ):
         works.append(Curve(label, 1e-3 * np.sum([history[f"work_{name}"] for name in names], axis=0), colour))
+    no_marks: list[Mark] = []
     panels: list[tuple[str, str, list[Curve], list[Mark]]] = [
         ("Speed, downwards", "m/s", [Curve("cargo", -history["velocity"], 1), Curve("free fall", falling, 5)], impact),
         ("Height of the cover", "m", [Curve("", history["height"], 1)], []),
         ("Deceleration", "g", [Curve("", history["acceleration"] / STANDARD_GRAVITY, 2)], []),
         ("Pressure", "kPa", [Curve("", history["pressure"] * 1e-3, 2)], []),
-        ("Largest tensions", "kN/m", tensions, []),
+        *([("Largest tensions", "kN/m", tensions, no_marks)] if case["model"]["fidelity"] != "lumped" else []),
         ("Energy and works", "kJ", works, []),
     ]
     return (
@@ -276,7 +277,7 @@ def _sensitivity(found: Sensitivities) -> str:
         for row in found.inputs
     ]
     rows.append(["standard error", *(f"{found.errors[name]:.2g}" for name in names)])
-    rows.append(["noise of one run, %", *(f"{100 * found.noise[name]:.2g}" for name in names)])
+    rows.append(["off straight lines, %", *(f"{100 * found.noise[name]:.2g}" for name in names)])
     left = [escape(f"{path} is not varied alone: {fault}") for path, fault in found.left_out.items()]
     return table(head, rows, len(names)) + "".join(f'<p class="note">{line}</p>' for line in left)
 

@@ -88,9 +88,9 @@ class Sensitivity:
 class Sensitivities:
     """What all inputs do to the answers."""
 
-    inputs: list[Sensitivity]  # the strongest first
+    inputs: list[Sensitivity]  # those that lose an answer first, then the strongest
     errors: dict[str, float]  # of the changes, standard deviation
-    noise: dict[str, float]  # of an answer, relative, standard deviation
+    noise: dict[str, float]  # of an answer, relative, standard deviation from straight lines over the inputs
     steps: dict[str, float]  # widest step behind an answer, relative, of the inputs
     left_out: dict[str, str]  # inputs that cannot be varied alone, and why
 
@@ -107,11 +107,13 @@ class Summary:
     free_fall_velocity: float  # m/s, after falling the shell's height unbraked
     velocity_reduction: float | None  # m/s
     minimum_height: float  # m, lowest place of the upper cover
-    peak_deceleration: float  # m/s^2, upwards positive, behind a low-pass of 1 kHz
-    peak_tension_generatrix: float  # N/m
-    peak_tension_hoop: float  # N/m
-    peak_tension_belt: float | None  # N/m; None without belts
-    peaks: dict[str, Peak]  # keys as the four fields above
+    peak_deceleration: (
+        float  # m/s^2, net of gravity: an accelerometer reads 1 g more; upwards positive, behind a low-pass of 1 kHz
+    )
+    peak_tension_generatrix: float | None  # N/m; None of a lumped run, which has no shell
+    peak_tension_hoop: float | None  # N/m; likewise
+    peak_tension_belt: float | None  # N/m; likewise, and None without belts
+    peaks: dict[str, Peak]  # keys as the four fields above, where they are not None
     work: Work
     largest_penetration: float  # of folds into one another, over an unloaded cell
     crossings: int  # how often a node was not kept from passing a face of another fold

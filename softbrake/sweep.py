@@ -262,6 +262,8 @@ class _Histories:
 
     def add(self, id: str, history: Any) -> None:
         rows = history.view(HISTORY_DTYPE)[:, 0]
+        if id in self.file:  # of a sweep that was killed before it wrote the line of its journal
+            del self.file[id]
         self.file.create_dataset(id, data=rows, compression="gzip", compression_opts=4, shuffle=True)
         self.file.flush()
 

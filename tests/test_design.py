@@ -1,6 +1,7 @@
 """Section 2.2, and the search for the value that brings an answer to its target: exact for a piston, honest elsewhere."""
 
 import json
+from dataclasses import replace
 from math import isclose, pi, sin, sqrt
 from pathlib import Path
 
@@ -12,6 +13,7 @@ import softbrake
 from softbrake.case import CaseError, full_stop, load_case, quantities
 from softbrake.design import NUDGE, WIDTH, NotReached, Point, Target, _close_in, ask, find, piston
 from softbrake.kernels.pressure import pressure_at
+from softbrake.ladder import Climb
 from softbrake.state import Pressure, PressureLaw
 
 CONFIGS = Path(__file__).resolve().parents[1] / "configs"
@@ -109,8 +111,13 @@ def test_shell_stops_at_the_pressure_found_and_its_bar_holds() -> None:
     fine = find(ask(NO_BELTS, [AXISYMMETRIC, "grid.generatrix=108", "grid.hoop=720"]))
     assert found.error is not None
     assert abs(fine.value - found.value) < found.error < 0.02 * found.value
-    faults = [point.fault for point in found.points if point.score is None]
-    assert faults and all("diverged" in fault for fault in faults)  # at several times the pressure; it does no harm
+
+
+def test_values_at_which_the_fabric_bursts_do_no_harm() -> None:
+    soft = find(ask(NO_BELTS, [AXISYMMETRIC, "fabric.E=3 kN/m"]))
+    faults = [point.fault for point in soft.points if point.score is None]
+    assert faults and all("diverged" in fault for fault in faults)
+    assert soft.summary.outcome == "stopped"
 
 
 def test_tolerance_chooses_the_level_and_checks_the_value_found() -> None:
@@ -119,8 +126,25 @@ def test_tolerance_chooses_the_level_and_checks_the_value_found() -> None:
     assert case.model.fidelity == "axisymmetric" and case.tolerance is None
     assert case.pressure.value == 18e3
     found = find(question)
-    assert found.summary.outcome == "stopped" or found.summary.impact_velocity < 0.5
+    assert not found.missed
     assert found.summary.ladder and "round" in str(found.summary.fidelity_reason)
+
+
+def test_check_beside_the_target_is_said() -> None:
+    """A climb that answers as the search did is within its errors, one that a tenth of the pressure is lost to is not."""
+    question = ask(NO_BELTS, [LUMPED], target="impact_velocity=1.5 m/s")
+
+    def check(value: float) -> Climb:
+        case = question.load(share * value)
+        return Climb(case, replace(softbrake.run(case), impact_velocity_error=0.01))
+
+    share = 1.0
+    assert find(replace(question, check=check)).missed == ""
+    share = 0.9
+    found = find(replace(question, check=check))
+    speed = sqrt(1.5**2 + 2 * HEIGHT * 0.1 * exact_pressure(1.5) * AREA / MASS)
+    assert found.summary.impact_velocity == pytest.approx(speed, rel=1e-2)
+    assert found.missed == f"the check gives {found.summary.impact_velocity:.5g} m/s, not impact_velocity = 1.5 m/s"
 
 
 def test_paper_s_case_meets_its_target() -> None:
@@ -176,12 +200,12 @@ def test_refusal_names_what_was_found_at_both_ends() -> None:
         find(ask(NO_BELTS, [LUMPED], between="1 kPa:5 kPa"))
     assert "impact_velocity = 0 m/s" in str(caught.value)
     with pytest.raises(
-        NotReached, match=r"diverged at .* \d+ of 9 without an answer"
-    ):  # the fabric bursts before it stops the cargo
-        find(ask(NO_BELTS, [AXISYMMETRIC, "fabric.E=3 kN/m", "cargo.mass=200 kg"]))
+        NotReached, match=r"diverged at .* \d of 9 without an answer"
+    ):  # the fabric bursts before it brakes so hard
+        find(ask(NO_BELTS, [AXISYMMETRIC, "fabric.E=3 kN/m"], target="peak_deceleration=10000 m/s^2"))
     with pytest.raises(NotReached, match=r"none of 9 has an answer"):
-        find(ask(NO_BELTS, [AXISYMMETRIC, "fabric.E=3 kN/m"], between="40 kPa:80 kPa"))
-    with pytest.raises(NotReached, match="neither impact nor stop"):
+        find(ask(NO_BELTS, [AXISYMMETRIC, "fabric.E=1 kN/m"], between="40 kPa:80 kPa"))
+    with pytest.raises(NotReached, match="neither impact nor stop by 0.001 s; raise time.end"):
         find(ask(NO_BELTS, [LUMPED, "time.end=1 ms"]))
 
 
@@ -193,6 +217,11 @@ def test_refusal_names_what_was_found_at_both_ends() -> None:
         ({"target": "impact_velocity=3kN"}, "'kN' is a force; a speed such as impact_velocity=1.5m/s is wanted"),
         ({"target": "impact_velocity"}, "'' is not a number with a unit"),
         ({"target": "impact_velocity=-1"}, "out of range"),
+        (
+            {"target": "peak_deceleration=8g"},
+            "'g' is a mass; an acceleration such as peak_deceleration=78.45m/s^2 (8 g) is wanted",
+        ),
+        ({"target": "peak_tension_belt=3kN/m"}, "the case has no belts"),
         ({"path": "fabric.EE"}, "--find fabric.EE: not a quantity"),
         ({"path": "belts.count"}, "not a quantity"),
         ({"path": "tolerance", "between": "1%:2%"}, "not a quantity"),
@@ -209,6 +238,12 @@ def test_faults_of_a_question(words: dict[str, str], fault: str) -> None:
     with pytest.raises(ValueError) as caught:
         ask(NO_BELTS, **words)
     assert fault in str(caught.value)
+
+
+def test_lumped_case_has_no_tensions_to_ask_for() -> None:
+    assert softbrake.run(load_case(NO_BELTS, [LUMPED, "fabric.strength=1kN/m"])).fabric_margin is None
+    with pytest.raises(ValueError, match="a lumped case has no shell, and so no tensions"):
+        ask(NO_BELTS, [LUMPED], target="peak_tension_hoop=3kN/m")
 
 
 def test_ends_of_the_range_are_checked_before_the_first_run() -> None:

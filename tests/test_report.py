@@ -8,8 +8,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 import synthetic_drop as drop
-from conftest import Command
+from conftest import ROOT, Command
 
+from softbrake.case import load_case
+from softbrake.drop import run
 from softbrake.page import BUCKETS, Curve, Mark, chart, table
 from softbrake.report import result_page, sweep_page, write_report
 from softbrake.results import ResultError, ResultFile, read_history, replace_summary
@@ -264,6 +266,7 @@ def test_faults(tmp_path: Path) -> None:
 
 def test_command(softbrake: Command, tmp_path: Path) -> None:
     drop.write(tmp_path / "drop.vtkhdf", drop.case(6, 8))
+    kept = (tmp_path / "drop.vtkhdf").read_bytes()
     done = softbrake("report", "drop.vtkhdf")
     assert (done.returncode, done.stdout, done.stderr) == (0, "drop.html written\n", "")
     Page((tmp_path / "drop.html").read_text(encoding="utf-8"))
@@ -271,7 +274,30 @@ def test_command(softbrake: Command, tmp_path: Path) -> None:
         (("none.vtkhdf",), "none.vtkhdf: cannot be read: No such file"),
         (("drop.vtkhdf", "-o", "no/page.html"), "no/page.html: cannot be written: No such file or directory"),
         (("drop.html",), "drop.html: cannot be read"),
+        (("drop.vtkhdf", "-o", "drop.vtkhdf"), "drop.vtkhdf: the name of a page ends in .html"),
+        (("drop.html", "-o", "./drop.html"), "drop.html: is the result"),
     ):
         done = softbrake("report", *arguments)
         assert (done.returncode, done.stdout) == (2, "")
         assert fault in done.stderr and "Traceback" not in done.stderr
+    assert (tmp_path / "drop.vtkhdf").read_bytes() == kept
+
+
+def test_lumped_run_has_no_tensions_to_show(tmp_path: Path) -> None:
+    case = load_case(ROOT / "configs" / "no-belts.yaml", ["model.fidelity=lumped", "fabric.strength=30 kN/m"])
+    run(case, tmp_path / "gas.vtkhdf")
+    words = Page(result_page(tmp_path / "gas.vtkhdf")).words.lower()
+    assert "net of gravity" in words
+    assert not [shown for shown in ("peak tension", "largest tensions", "margin, fabric") if shown in words]
+
+
+def test_pages_of_folders_stand_beside_them(softbrake: Command, tmp_path: Path) -> None:
+    sweep(tmp_path / "moduli-1.5")
+    assert softbrake("report", "moduli-1.5").stdout == "moduli-1.5.html written\n"
+    page = (tmp_path / "moduli-1.5.html").read_bytes()
+    (tmp_path / "moduli-1.5.html").unlink()
+    assert softbrake("report", "moduli-1.5/../moduli-1.5/.").returncode == 0
+    assert (tmp_path / "moduli-1.5.html").read_bytes() == page
+    done = softbrake("report", ".")
+    assert (done.returncode, done.stdout) == (2, "")
+    assert "the folder of a finished sweep is wanted" in done.stderr and "Traceback" not in done.stderr

@@ -15,7 +15,7 @@ import softbrake
 from softbrake.batch import Dropped
 from softbrake.case import Case, load_case
 from softbrake.results import read_summary
-from softbrake.sensitivity import ENOUGH, STEPS, sensitivities
+from softbrake.sensitivity import ENOUGH, NARROW, STEPS, sensitivities
 
 CONFIGS = Path(__file__).resolve().parents[1] / "configs"
 NO_BELTS = CONFIGS / "no-belts.yaml"
@@ -72,15 +72,35 @@ def test_steps_widen_until_they_stand_above_the_noise(monkeypatch: pytest.Monkey
     assert max(abs(change) for change in changes.values() if change is not None) < 4 * error
 
 
-def test_answers_that_are_lost_have_no_change() -> None:
-    """At 0.5 % below the full stop, a little more pressure stops the cargo."""
-    full = 20289.838
-    case = [LUMPED, f"pressure.value={0.995 * full}"]
-    found = sensitivities(NO_BELTS, case, softbrake.run(load_case(NO_BELTS, case)))
-    changes = {row.path: row.changes for row in found.inputs}
-    assert changes["pressure.value"]["impact_velocity"] is None
-    assert changes["pressure.value"]["peak_deceleration"] is not None
-    assert changes["fabric.E11"]["impact_velocity"] == pytest.approx(0.0, abs=1e-9)
+FULL_STOP = 20289.838  # Pa, of the piston
+
+
+@pytest.mark.parametrize("share", [0.98, 0.995])
+def test_near_a_full_stop_slopes_are_as_exact_as_far_from_it(share: float) -> None:
+    """V is a square root there; half a per cent below it, a little more pressure or diameter stops the cargo."""
+    case = [LUMPED, f"pressure.value={share * FULL_STOP}"]
+    base = softbrake.run(load_case(NO_BELTS, case))
+    found = sensitivities(NO_BELTS, case, base)
+    push = share * FULL_STOP * 90 * 0.5 * 0.25**2 * sin(2 * pi / 90) / 100.0
+    speed, changes = base.impact_velocity, {row.path: row.changes["impact_velocity"] for row in found.inputs}
+    assert [row.path for row in found.inputs][:2] == ["shell.diameter", "cargo.velocity"]
+    for path, work in (("shell.diameter", -1.2 * push), ("cargo.velocity", 36.0), ("pressure.value", -0.6 * push)):
+        left_of_curvature = 1e-4 * abs(work) / speed**2  # the square of the widest step
+        assert abs(changes[path] - work / speed**2) < 3 * found.errors["impact_velocity"] + left_of_curvature
+    assert found.errors["impact_velocity"] < 1e-3 * abs(changes["shell.diameter"])
+    assert found.steps["impact_velocity"] == (STEPS[1] if share < 0.99 else NARROW[1])
+
+
+def test_inputs_that_lose_an_answer_come_first(softbrake: Command) -> None:
+    """At 0.05 % below the full stop, the least step stops the cargo."""
+    case = [LUMPED, f"pressure.value={0.9995 * FULL_STOP}"]
+    done = softbrake(
+        "run", NO_BELTS, *(word for change in case for word in ("--set", change)), "--sensitivity", "--no-results", "-q"
+    )
+    rows = done.stdout.partition("% per 1 % of")[2].splitlines()[1:]
+    assert {row.split()[0] for row in rows[:5]} >= {"pressure.value", "shell.diameter", "cargo.mass", "cargo.velocity"}
+    assert rows[0].split()[1] == "–" and rows[0].split()[2] != "–"  # which still has a deceleration
+    assert "–: no answer at 0.2 % more or less" in done.stdout
 
 
 def test_inputs_that_must_fit_each_other_are_named() -> None:

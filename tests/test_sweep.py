@@ -109,6 +109,8 @@ def test_latin_hypercube_has_one_sample_in_each_part_of_each_axis() -> None:
         (["fabric.E=1,2", "cargo.mass=1,2,3"], {"mode": "zip"}, "numbers of values differ: fabric.E 2, cargo.mass 3"),
         (["fabric.E=1:2:1000", "cargo.mass=1:2:1001"], {}, "1001000 runs; up to 1000000"),
         (["belts.width=1mm,400mm"], {}, "belts.width: the outer belts come closer than half a grid cell"),
+        (["fabric.E=1,2", "cargo.mass=1,2", "fabric.E=3,4"], {}, "--vary fabric.E=3,4: fabric.E: given twice"),
+        (["pressure.law=constant,sine"], {}, "with pressure.law=sine"),
         (["fabric.E=-1,-2,5"], {}, "fabric.E: -2 is out of range"),
     ],
     ids=lambda value: value[0] if isinstance(value, list) else None,
@@ -211,7 +213,7 @@ def test_a_torn_last_line_is_forgotten(tmp_path: Path) -> None:
 def test_a_case_that_fails_costs_only_itself(softbrake: Command, tmp_path: Path) -> None:
     sets = [f"--set={change}" for change in COARSE]
     done = softbrake(
-        "sweep", MODULI, *sets, "--vary", "fabric.E=15kN/m,1kN/m,20kN/m", "--vary", "pressure.value=15kPa", "-o", "s"
+        "sweep", MODULI, *sets, "--vary", "fabric.E=15kN/m,0.05kN/m,20kN/m", "--vary", "pressure.value=15kPa", "-o", "s"
     )
     assert done.returncode == 1
     assert "1 of 3 runs have no answer:\nrun 2: diverged at" in done.stdout
@@ -233,6 +235,18 @@ def test_histories_are_kept_by_id(tmp_path: Path) -> None:
             assert file[one.id].dtype == HISTORY_DTYPE
             assert np.array_equal(file[one.id][:], read_history(alone))
         assert file.attrs["time"] == UNITS[History.TIME]
+
+
+def test_a_kill_between_history_and_line_of_the_journal_does_no_harm(tmp_path: Path) -> None:
+    designs = moduli("fabric.E=15kN/m,20kN/m", overrides=[*COARSE, "output.history_interval=50"])
+    plan = run_sweep(designs, tmp_path, histories=True)
+    journal = tmp_path / "journal.jsonl"
+    whole = journal.read_text().splitlines(keepends=True)
+    journal.write_text(whole[0])
+    run_sweep(designs, tmp_path, histories=True)
+    assert list(read_journals(tmp_path)) == [run.id for run in plan.runs]
+    with h5py.File(tmp_path / "histories.h5") as file:
+        assert set(file) == {run.id for run in plan.runs}
 
 
 def test_shards_share_the_runs_and_merge_to_the_same_results(tmp_path: Path) -> None:
