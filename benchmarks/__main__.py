@@ -1,7 +1,8 @@
 """`python -m benchmarks [--short] [--json FILE] [--yardstick FOLDER]`: what a step, a start and an answer cost.
 
 Rates stand beside those of benchmarks/baseline.json (an older --json) as ratios to the calibration loop run next to them. With
---short a rate that fell by more than a third in each of three attempts ends in exit code 1, on the baseline's kind of processor.
+--short a rate that fell by more than a third in each of three attempts ends in exit code 1; on another kind of processor than the
+baseline's one that fell by more than half, since no loop tells all of a processor.
 --yardstick builds and runs the C step of a folder (bench.c, kernel.h) next to the kernel. docs/performance.md holds the tables.
 """
 
@@ -40,6 +41,7 @@ from softbrake.state import Floats, History, Outcome
 
 BASELINE = Path(__file__).with_name("baseline.json")
 FALLEN = 1.5  # times the time per node and step of the baseline: a rate fallen by a third
+FALLEN_ELSEWHERE = 2.0  # likewise on another processor, by which vector units and caches count otherwise than in the loop
 ATTEMPTS = 3
 CRUSHED = 0.09  # s after contact: half of the stroke is left, cloth lies on the ground and, where it is in the way, on the cargo
 ROOT = Path(__file__).resolve().parents[1]
@@ -174,7 +176,7 @@ def whole_drop(*overrides: str) -> Row:
         "steps": summary.steps,
         "cpu_seconds": seconds,
         "wall_seconds": summary.wall_seconds,
-        "kernel_share": summary.kernel_seconds / summary.wall_seconds,
+        "kernel_share": summary.kernel_seconds / seconds,
         "energy_error": summary.energy_error,
     }
 
@@ -190,31 +192,32 @@ def show(console: Console, title: str, rows: Iterable[Row]) -> list[Row]:
 
 
 def compare(console: Console, rates: list[Row], short: bool, calibration: Calibration) -> bool:
-    """Print each rate beside that of the baseline; return whether all stand, those that seem to have fallen tried again."""
+    """Print each rate beside that of the baseline; return whether all stand, those that seem to have fallen tried again.
+
+    Raises KeyError where the baseline lacks a rate: record it anew.
+    """
     baseline = json.loads(BASELINE.read_text())
     same = baseline["about"]["processor"] == get_host_cpu_name()
     before = {(row["grid"], row["case"], row["at"]): row["ratio_to_calibration"] for row in baseline["kernel_rate"]}
+    most = FALLEN if same else FALLEN_ELSEWHERE
     rows, stand = [], True
     for row in rates:
-        if (key := (row["grid"], row["case"], row["at"])) not in before:
-            continue
+        key = row["grid"], row["case"], row["at"]
         times = [row["ratio_to_calibration"] / before[key]]
         overrides = [] if row["case"] == "as it is" else row["case"].split(", ")
-        while short and times[-1] > FALLEN and len(times) < ATTEMPTS:
+        while short and times[-1] > most and len(times) < ATTEMPTS:
             generatrix, hoop = map(int, row["grid"].split(" x "))
             until = 1e-3 * float(row["at"].removesuffix(" ms"))
             again = kernel_rate((generatrix, hoop), calibration, *overrides, until=until)
             times.append(again["ratio_to_calibration"] / before[key])
-        stand = stand and times[-1] <= FALLEN
+        stand = stand and times[-1] <= most
         rows.append(
             {"grid": row["grid"], "case": row["case"], "at": row["at"], "time_over_baseline": times[-1], "tries": len(times)}
         )
-    if rows:
-        show(console, f"Against benchmarks/baseline.json ({baseline['about']['processor']})", rows)
+    show(console, f"Against benchmarks/baseline.json ({baseline['about']['processor']})", rows)
     if not stand:
-        verdict = "has fallen by more than a third" if same else "is another one here: the processor is not the baseline's"
-        console.print(f"a rate {verdict}")
-    return stand or not same
+        console.print(f"a rate has fallen: more than {most:g} times the baseline's time a node and step")
+    return stand
 
 
 def main() -> None:

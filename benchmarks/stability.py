@@ -1,6 +1,11 @@
-"""A thousand random drops with the automatic step: none may diverge. `python -m benchmarks.stability [count] [first]`.
+"""What docs/stability.md says in numbers: `python -m benchmarks.stability drops [count] [first]`, `wide`, `maps`, `slack`.
 
-Ranges are wide but physical: see `random_case`. Left out are
+- drops: a thousand random drops with the automatic step; those that diverge, the largest residual and gains of energy;
+- wide: the same with nothing left out;
+- maps: the predicted step over that found by trial, at 204 points;
+- slack: random drops of fabric with a potential that gain energy, over damping and Courant number.
+
+Ranges of the drops are wide but physical: see `random_case`. They were narrowed after failures; left out are
 
 - fabric too soft for its pressure, p R > 0.2 E' with E' that of the hoop without belts: a ring that is inflated at once then
   stretches by half and more, and bursts (the paper's has p R = 0.18 E');
@@ -15,13 +20,20 @@ from __future__ import annotations
 import sys
 import time
 from collections import Counter
+from collections.abc import Iterator
+from dataclasses import replace
+from itertools import count as count_from
+from itertools import islice
+from math import sqrt
+from pathlib import Path
 
 import numpy as np
 
 import softbrake
 from softbrake.build import initial_energy
-from softbrake.case import Case, parse_case
+from softbrake.case import Case, load_case, parse_case
 from softbrake.drop import Drop
+from softbrake.stability import read_axis, survey
 
 SOFTEST = 0.2  # largest p R/E'
 CUT, LEAKY = 0.3, 0.03  # least damping ratios of the shortest wave: tensions cut at zero, those without a potential at all
@@ -38,18 +50,39 @@ grid: {{generatrix: {generatrix}, hoop: {hoop}}}
 model: {{fidelity: {fidelity}}}
 time: {{courant: auto, end: {end}}}
 """
+PAPER = Path(__file__).resolve().parents[1] / "configs" / "paper.yaml"
+SMALL = ("grid={generatrix: 12, hoop: 24}",)
+ROUND = ("model.fidelity=axisymmetric", "contact=paper")
+EVEN = ("fabric.nu12=0.1", "fabric.nu21=0.1")
+GRIDS_OVER = "grid={generatrix: 8, hoop: 16},{generatrix: 12, hoop: 24},{generatrix: 16, hoop: 48}"
+SCHEMES = "model.scheme=edge,cell"
+MAPS = (  # what is the same at all points, and the axes
+    (SMALL, ("fabric.viscosity=0,0.05,0.2,2", "belts.layers=1,5,20", "fabric.slack=cut,wrinkle,compression", SCHEMES)),
+    ((), (GRIDS_OVER, "pressure.value=2 kPa,8 kPa,15.7 kPa", "fabric.law=true_tension,nominal_tension", SCHEMES)),
+    (ROUND, ("fabric.viscosity=0,0.1,1,10", GRIDS_OVER, "belts.layers=1,5,20")),
+    (
+        (*SMALL, *EVEN),
+        ("shell.height=0.15,0.3,0.6,1.2,1.8", "fabric.E11=5 kN/m,10 kN/m,20 kN/m,50 kN/m,100 kN/m,200 kN/m", SCHEMES),
+    ),
+)
+RATIOS, COURANTS = (0.0, 0.003, 0.01, 0.03, 0.1), (0.1, 0.2, 0.35, 0.5, 0.65, 0.8, 0.95)
+DROPS, GAIN = 100, 0.01  # drops of each kind, and the gain of the initial energy that counts
 
 
-def random_case(seed: int) -> Case:
-    """A physical case: pressure 1-100 kPa, E 5-500 kN/m, viscosity 0-1 N s/m, belts none to twenty layers, and so on."""
+def random_case(seed: int, narrow: bool = True) -> Case:
+    """A physical case: pressure 1-100 kPa, E 5-500 kN/m, viscosity 0-1 N s/m, belts none to twenty layers, and so on.
+
+    narrow: leave out what the header says.
+    """
     random = np.random.default_rng(seed)
+    softest, cut, leaky = (SOFTEST, CUT, LEAKY) if narrow else (np.inf, 0.0, 0.0)
 
     def between(least: float, most: float) -> float:
         return float(np.exp(random.uniform(np.log(least), np.log(most))))
 
     while True:
         pressure, modulus, diameter, nu = between(1e3, 1e5), between(5e3, 5e5), between(0.3, 1.0), random.uniform(0.0, 0.4)
-        if pressure * diameter / 2 <= SOFTEST * modulus / (1.0 - nu**2):
+        if pressure * diameter / 2 <= softest * modulus / (1.0 - nu**2):
             break
     height, velocity = diameter * between(0.3, 3.0), between(1.0, 20.0)
     fidelity = str(random.choice(["axisymmetric", "full"]))
@@ -62,19 +95,19 @@ def random_case(seed: int) -> Case:
         "diameter": diameter,
         "height": height,
         "E": modulus,
-        "nu": nu if damping_ratio >= LEAKY else 0.0,
+        "nu": nu if damping_ratio >= leaky else 0.0,
         "density": density,
         "viscosity": viscosity,
         "shear": float(random.choice([0.0, 0.1 * modulus])),
-        "law": random.choice(["true_tension", "nominal_tension"]) if damping_ratio >= LEAKY else "nominal_tension",
-        "slack": random.choice(["cut", "wrinkle"]) if damping_ratio >= CUT or damping_ratio < LEAKY else "wrinkle",
+        "law": random.choice(["true_tension", "nominal_tension"]) if damping_ratio >= leaky else "nominal_tension",
+        "slack": random.choice(["cut", "wrinkle"]) if damping_ratio >= cut or damping_ratio < leaky else "wrinkle",
         "belts": belts,
         "layers": between(1.0, 20.0),
         "width": 0.5 * height / generatrix * between(1.0, 2.0),
         "mass": between(10.0, 1000.0),
         "velocity": velocity,
         "pressure": pressure,
-        "contact": random.choice(["paper", "full" if fidelity == "axisymmetric" else "solid"]),
+        "contact": random.choice(["paper", "full" if fidelity == "axisymmetric" or not narrow else "solid"]),
         "generatrix": generatrix,
         "hoop": hoop,
         "fidelity": fidelity,
@@ -83,11 +116,57 @@ def random_case(seed: int) -> Case:
     return parse_case(TEXT.format(**values), f"random case {seed}")
 
 
-def main(count: int, first: int) -> None:
+def cases_with_potential(fidelity: str, ratio: float, courant: float) -> Iterator[Case]:
+    """Random cases of a fidelity, but nominal tensions, wrinkled, without Poisson's effect, with a damping ratio and courant."""
+    for case in map(random_case, count_from()):
+        if case.model.fidelity != fidelity:
+            continue
+        fabric, grid = case.fabric, case.grid
+        edge = max(case.shell.height / grid.generatrix, np.pi * case.shell.diameter / grid.hoop)
+        viscosity = ratio * edge * sqrt(fabric.E11 * fabric.areal_density)
+        fabric = replace(fabric, law="nominal_tension", slack="wrinkle", nu12=0.0, nu21=0.0, viscosity=viscosity)
+        yield replace(case, fabric=fabric, time=replace(case.time, courant=courant))
+
+
+def gains(case: Case) -> bool:
+    """Whether fabric and belts give more than GAIN of the initial energy from nowhere."""
+    drop = Drop(case)
+    try:
+        drop.run()
+    except softbrake.Diverged:
+        return True
+    return drop.fabric_gain() > GAIN * initial_energy(drop.case, drop.model)
+
+
+def slack() -> None:
+    """Print how many of DROPS drops gain energy."""
+    for fidelity in GRIDS:
+        print(f"{fidelity}: courant {COURANTS}, {DROPS} drops each", flush=True)
+        for ratio in RATIOS:
+            found = [sum(map(gains, islice(cases_with_potential(fidelity, ratio, part), DROPS))) for part in COURANTS]
+            print(f"damping ratio {ratio}: {found}", flush=True)
+
+
+def maps() -> None:
+    """Print the range of predicted over found steps of each map."""
+    for base, axes in MAPS:
+        points = survey(lambda overrides, base=base: load_case(PAPER, [*base, *overrides]), [read_axis(text) for text in axes])
+        ratios = [point.ratio for point in points]
+        least, most, none = np.nanmin(ratios), np.nanmax(ratios), int(np.isnan(ratios).sum())
+        print(f"{' x '.join(axes)}: {len(points)} points, {least:.3f} to {most:.3f}; none found at {none}", flush=True)
+
+
+def wide(count: int = 150, first: int = 0) -> None:
+    """As drops, with nothing left out."""
+    drops(count, first, narrow=False)
+
+
+def drops(count: int = 1000, first: int = 0, narrow: bool = True) -> None:
+    """Print outcomes of random drops, and the largest residual and gain."""
     started, steps, outcomes, failures = time.perf_counter(), 0, Counter(), []
     residual, gain, where = 0.0, -np.inf, -1
     for seed in range(first, first + count):
-        drop = Drop(random_case(seed))
+        drop = Drop(random_case(seed, narrow))
         try:
             summary = drop.run()
             residual = max(residual, abs(summary.energy_error))
@@ -109,5 +188,5 @@ def main(count: int, first: int) -> None:
 
 
 if __name__ == "__main__":
-    given = [int(argument) for argument in sys.argv[1:3]]
-    main(*(given + [1000, 0][len(given) :]))
+    task, *given = sys.argv[1:] or ["drops"]
+    {"drops": drops, "wide": wide, "maps": maps, "slack": slack}[task](*map(int, given))

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable, Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, NoReturn
 
@@ -10,12 +12,15 @@ import typer
 from softbrake import __version__
 
 if TYPE_CHECKING:
+    from types import FrameType
+
     from softbrake.case import Case
     from softbrake.designs import Designs
     from softbrake.summary import Summary
     from softbrake.sweep import Plan
 
 FAILED, BAD_INPUT, INTERRUPTED = 1, 2, 130
+COMPILING = "about 20 s"
 
 app = typer.Typer(
     help="Braking of a falling cargo by an inflatable shell of fabric and ring belts.",
@@ -38,6 +43,23 @@ Dimensionless = Annotated[bool, typer.Option("--dimensionless", help="Tensions a
 def _fail(message: object, code: int = BAD_INPUT) -> NoReturn:
     typer.echo(str(message), err=True)
     raise typer.Exit(code)
+
+
+@contextmanager
+def _leaving_at_once() -> Iterator[None]:
+    """End on Ctrl-C as interrupted, at once: the compiler would make errors of its own of it. Nothing may be half written."""
+    import os
+    import signal
+
+    def leave(number: int, frame: FrameType | None) -> NoReturn:
+        typer.echo("interrupted", err=True)
+        os._exit(INTERRUPTED)
+
+    before = signal.signal(signal.SIGINT, leave)
+    try:
+        yield
+    finally:
+        signal.signal(signal.SIGINT, before)
 
 
 def _print_version(wanted: bool) -> None:
@@ -99,8 +121,9 @@ def run(
     scale = tension_scale(case) if dimensionless else None
     _check_scale(scale)
     if case.time.courant > 1.0 and case.tolerance is None:
-        typer.echo(f"time.courant {case.time.courant:g} exceeds the stable step, 1: expect the run to diverge", err=True)
-    _announce_compiling(case, quiet)
+        fate = "the run diverges, or slack hides it and tensions are wrong"
+        typer.echo(f"time.courant {case.time.courant:g} exceeds the stable step, 1: {fate}", err=True)
+    _compile([case], quiet)
     try:
         with console.progress(case.shell.height, quiet=quiet) as callback:
             summary = simulate(
@@ -387,12 +410,10 @@ def sweep(
         _fail(f"{folder}: is not a folder; --output must name one")
 
     from softbrake import console
-    from softbrake.drop import kernels_cached
     from softbrake.sweep import Shard, SweepError, read_journals, run_sweep
 
-    by_fidelity = {design.case.model.fidelity: design.case for design in designs.all}
-    if not quiet and scheduler is None and not all(map(kernels_cached, by_fidelity.values())):
-        typer.echo("compiling kernels (first run only, about 10 s) ...", err=True)
+    if scheduler is None:
+        _compile({design.case.model.fidelity: design.case for design in designs.all}.values(), quiet)
     try:
         with console.runs_progress(quiet=quiet) as progress:
             plan = run_sweep(
@@ -455,7 +476,7 @@ def design(
     from softbrake.case import CaseError
     from softbrake.design import NotReached, ask, find, piston
 
-    _announce_compiling(case, quiet)
+    _compile([case], quiet)
     try:
         question = ask(case_file, overrides or (), path, target, between, budget, None if quiet else console.print_rung)
         stop = piston(question.case)
@@ -527,21 +548,22 @@ def chart(
         check_picture(picture)
     except PlotError as error:
         _fail(error)
-    _announce_compiling(case, quiet, every=True)
+    _compile([case], quiet, every=True)
     try:
         with console.chart_progress(quiet=quiet) as callback:
             found = compute(case, budget, callback)
     except (Diverged, ValueError) as error:
         _fail(error, FAILED)
+    if found.reference is None:
+        _fail("interrupted before there was a reference; nothing is written", INTERRUPTED)
     try:
         write_csv(found, table)
-        if found.reference is not None:
-            draw_chart(found, picture)
+        draw_chart(found, picture)
     except (OSError, PlotError) as error:  # disk full, folder gone
         _fail(error, FAILED)
     sets = "".join(f" --set {shlex.quote(text)}" for text in overrides or ())
     console.print_chart(found, f"softbrake run {shlex.quote(str(case_file))}{sets}")
-    typer.echo(f"\n{f'{picture}, ' if found.reference is not None else ''}{table} written")
+    typer.echo(f"\n{picture}, {table} written")
     if found.interrupted:
         _fail("interrupted", INTERRUPTED)
 
@@ -584,12 +606,13 @@ def warmup() -> None:
     """Compile the kernels of all fidelities now, so that no run has to."""
     from time import perf_counter
 
-    from softbrake.drop import compile_kernels
-    from softbrake.kernels.jit import CACHE_FOLDER
+    with _leaving_at_once():
+        from softbrake.drop import compile_kernels
+        from softbrake.kernels.jit import CACHE_FOLDER
 
-    typer.echo("compiling kernels, or loading those compiled before ...", err=True)
-    start = perf_counter()
-    compile_kernels(lambda fidelity: typer.echo(f"  {fidelity}", err=True))
+        typer.echo(f"compiling kernels ({COMPILING}), or loading those compiled before ...", err=True)
+        start = perf_counter()
+        compile_kernels(lambda fidelity: typer.echo(f"  {fidelity}", err=True))
     typer.echo(f"{perf_counter() - start:.1f} s; kernels are in {CACHE_FOLDER}")
 
 
@@ -612,11 +635,18 @@ def _designs(path: Path, overrides: list[str] | None, vary: list[str] | None = N
         _fail(error)
 
 
-def _announce_compiling(case: Case, quiet: bool, every: bool = False) -> None:
-    from softbrake.drop import kernels_cached
+def _compile(cases: Iterable[Case], quiet: bool, every: bool = False) -> None:
+    """Compile what runs of the cases, or of every fidelity, need, where it is not compiled yet."""
+    with _leaving_at_once():
+        from softbrake.drop import KERNELS, compile_kernels, kernels_cached
 
-    if not quiet and not kernels_cached(case, every):
-        typer.echo("compiling kernels (first run only, about 15 s) ...", err=True)
+        missing = [case for case in cases if not kernels_cached(case, every)]
+        if not missing:
+            return
+        if not quiet:
+            typer.echo(f"compiling kernels (first run only, {COMPILING}) ...", err=True)
+        every = every or any(case.tolerance is not None for case in missing)
+        compile_kernels(lambda _: None, KERNELS if every else dict.fromkeys(case.model.fidelity for case in missing))
 
 
 def _check_writable(results: Path, case_file: Path) -> None:

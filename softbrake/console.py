@@ -89,7 +89,7 @@ def print_summary(summary: Summary, tension_scale: float | None = None, console:
     for line in (
         f"{model.fidelity}, {model.scheme} scheme, {model.generatrix} x {model.hoop} cells, Courant {model.courant:g}",
         f"{summary.steps} steps of {summary.time_step * 1e6:.4g} us on average; "
-        f"kernels {summary.kernel_seconds:.2f} s, wall {summary.wall_seconds:.2f} s",
+        f"kernels {summary.kernel_seconds:.2f} s of CPU, wall {summary.wall_seconds:.2f} s",
     ):
         console.print(line, markup=False, highlight=False)
     if summary.fidelity_reason is not None:
@@ -167,7 +167,7 @@ def _motion(summary: Summary) -> Table:
     peak = summary.peak_deceleration
     when = f", at {summary.peaks['peak_deceleration'].time:.5f} s" if "peak_deceleration" in summary.peaks else ""
     bar = _bar(summary, "peak_deceleration", 1.0)
-    table.add_row("peak deceleration", f"{peak:.2f}", "m/s^2", f"{bar}{peak / STANDARD_GRAVITY:.2f} g{when}")
+    table.add_row("peak deceleration, 1 kHz", f"{peak:.2f}", "m/s^2", f"{bar}{peak / STANDARD_GRAVITY:.2f} g{when}")
     return table
 
 
@@ -394,9 +394,9 @@ def print_chart(found: Chart, command: str, console: Console | None = None) -> N
     console = console or Console(highlight=False, markup=False, emoji=False)
     console.print(found.case.title, style="bold", soft_wrap=True, markup=False, highlight=False)
     reference = found.reference
-    if reference is None:
-        console.print("Interrupted before there was a reference: no errors.")
-        return
+    assert reference is not None
+    if found.interrupted:
+        console.print(f"Interrupted after {len(found.runs)} runs: what is recommended may change.")
     console.print(f"Reference: {reference.basis}.")
     console.print()
     table = Table.grid(padding=(0, 2, 0, 0))
@@ -405,16 +405,14 @@ def print_chart(found: Chart, command: str, console: Console | None = None) -> N
     console.print(table)
     console.print()
     table = Table(box=None, padding=(0, 2, 0, 0), show_edge=False, header_style="")
-    for head in ("within", "choose", "error", "kernel s"):
+    for head in ("within", "choose", "error", "CPU s"):
         table.add_column(head, justify="left" if head == "choose" else "right", overflow="fold")
     for name in reference.values:
         table.add_row("", name.replace("_", " "), "", "", style="bold")
         for tolerance in TOLERANCES:
             run = found.recommended(name, tolerance)
             if run is None:
-                known = reference.error(name)
-                why = "none" if known < tolerance else f"none: the reference is known to {_percent(known)} only"
-                table.add_row(f"{100 * tolerance:g} %", why, "", "")
+                table.add_row(f"{100 * tolerance:g} %", _why_none(reference.error(name), tolerance), "", "")
             else:
                 error = max(found.error(run, name), reference.error(name))
                 below = "< " if found.error(run, name) < reference.error(name) else ""
@@ -432,6 +430,15 @@ def print_chart(found: Chart, command: str, console: Console | None = None) -> N
         sets = " ".join(f"--set {shlex.quote(text)}" for text in run.setting.overrides(found.case))
         console.print(f"\nFor {100 * tolerance:g} % of the {first.replace('_', ' ')}:")
         console.print(f"  {command} {sets}", soft_wrap=True)
+
+
+def _why_none(known: float, tolerance: float) -> str:
+    """Say why no run is recommended for a tolerance, beside a reference that is known to a relative error."""
+    if math.isinf(known):
+        return "none: the budget holds one grid, so the reference has no error bar; try a larger --budget"
+    if known >= tolerance:
+        return f"none: the reference is known to {_percent(known)} only"
+    return f"none: no run within {100 * tolerance:g} % that a finer one confirms"
 
 
 def _percent(error: float) -> str:

@@ -8,7 +8,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from softbrake.chart import COURANTS, PAPER, UNITS, Chart, Run
+from softbrake.chart import COURANTS, PAPER, UNITS, Chart, Run, model_in_words
 from softbrake.plot import BLUE, GREEN, GREY, INK, ORANGE, RED, STYLE, load_matplotlib, save
 
 if TYPE_CHECKING:
@@ -41,7 +41,8 @@ def chart_figure(found: Chart) -> Figure:
         count = len(reference.values)
         figure: Figure = mpl.figure.Figure(figsize=(4.2 * count + 3.8, 8.4), layout="constrained")
         basis = textwrap.fill(f"reference: {reference.basis}", 50 * count + 40)
-        figure.suptitle(f"{found.case.title}\n{basis}", fontsize=11, parse_math=False)
+        title = f"{found.case.title}{' (interrupted)' if found.interrupted else ''}"
+        figure.suptitle(f"{title}\n{basis}", fontsize=11, parse_math=False)
         panels: Any = figure.subplots(2, count + 1, squeeze=False, width_ratios=[1.0] * count + [0.9])
         for number, ((above, below), name) in enumerate(zip(panels.T, reference.values, strict=False)):
             _draw_work(above, found, name, labelled=number == 0)
@@ -73,7 +74,7 @@ def _shown(found: Chart, run: Run, name: str) -> float:
 
 
 def _draw_work(axes: Axes, found: Chart, name: str, labelled: bool) -> None:
-    """Error against kernel time, a line a family."""
+    """Error against CPU time, a line a family."""
     assert found.reference is not None
     for key, family in found.families().items():
         _draw_family(axes, found, family, name, [run.seconds for run in family])
@@ -101,7 +102,7 @@ def _draw_work(axes: Axes, found: Chart, name: str, labelled: bool) -> None:
     _draw_floor(axes, found, name)
     value = f"{found.reference.values[name]:.4g} {UNITS[name].replace('^2', '²')}"
     axes.set_title(f"{name.replace('_', ' ').capitalize()}: {value}, {_known(found, name)}")
-    axes.set(xscale="log", yscale="log", xlabel="kernel time, s", ylabel="error, %")
+    axes.set(xscale="log", yscale="log", xlabel="CPU time of the kernels, s", ylabel="error, %")
 
 
 def _draw_order(axes: Axes, found: Chart, name: str) -> None:
@@ -153,11 +154,6 @@ def _draw_floor(axes: Axes, found: Chart, name: str) -> None:
     axes.text(0.02, level, "below the reference's own error: not ranked", transform=place, va="top", fontsize=8, zorder=0.5)
 
 
-def _word(fidelity: str, scheme: str) -> str:
-    """Name a fidelity and scheme."""
-    return fidelity + (", cell scheme" if scheme == "cell" else "")
-
-
 def _label(side: str = "left") -> dict[str, Any]:
     """Style of a label beside a point, legible across lines."""
     from matplotlib.patheffects import withStroke
@@ -178,7 +174,7 @@ def _known(found: Chart, name: str) -> str:
 
 
 def _draw_rate(axes: Axes, found: Chart) -> None:
-    """Kernel time of a node and step against the nodes that are computed."""
+    """CPU time of a node and step against the nodes that are computed."""
     for (fidelity, scheme, courant), family in found.families().items():
         if fidelity == "lumped":
             continue
@@ -199,7 +195,7 @@ def _draw_list(axes: Axes, found: Chart) -> None:
     for (fidelity, scheme), colour in COLOURS.items():
         if any(run.setting[:2] == (fidelity, scheme) for run in found.runs):
             dashes = DASHES.get((fidelity, scheme), "-")
-            axes.plot([], [], color=colour, linestyle=dashes, linewidth=2.5, label=_word(fidelity, scheme))
+            axes.plot([], [], color=colour, linestyle=dashes, linewidth=2.5, label=model_in_words(fidelity, scheme))
     for courant, marker in MARKERS.items():
         axes.plot([], [], marker, color=INK, markersize=5, label=f"Courant {courant:g}")
     axes.plot([], [], "o", color=INK, markerfacecolor="white", markersize=5, label="not ranked")

@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import math
 import signal
+import sys
 import threading
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
 from functools import cached_property
 from pathlib import Path
@@ -46,6 +47,7 @@ KERNELS = {"full": advance, "sector": advance, "axisymmetric": advance_meridian,
 NODE_STEPS_PER_CHUNK = 2_000_000  # about 0.1 s between chances for progress and Ctrl-C
 HISTORY_ROWS = 4096
 VISCOUS = 1.5  # times longer would the stable step be without viscosity: then that is its limit
+CLOCK = time.perf_counter if sys.platform == "win32" else time.thread_time  # Windows counts CPU time by 16 ms, drops take 1
 NEVER = 2**62  # steps between rows of a history that nobody reads
 BURST = 1.5  # median hoop stretch; skeleton fabrics are used up to 1.3, and a faulty step stretches a few nodes only
 
@@ -84,9 +86,9 @@ def kernels_cached(case: Case, every: bool = False) -> bool:
     return all(any(CACHE_FOLDER.rglob(f"{one.__module__.rpartition('.')[2]}.{one.__name__}-*.nbc")) for one in kernels)
 
 
-def compile_kernels(report: Callable[[str], None]) -> None:
-    """Compile, or load, the kernels of all fidelities, with what pictures and disturbances need; report: told each before."""
-    for fidelity in KERNELS:
+def compile_kernels(report: Callable[[str], None], fidelities: Iterable[str] = KERNELS) -> None:
+    """Compile, or load, the kernels of fidelities, with what pictures and disturbances need; report: told each before."""
+    for fidelity in fidelities:
         report(fidelity)
         sector = ["model.sector=15"] if fidelity == "sector" else []
         one = Drop(parse_case(starter(), "starter", [f"model.fidelity={fidelity}", *sector]))
@@ -173,8 +175,9 @@ class Drop:
         """Advance to a time (s) or by a number of steps, and no further than one block of history rows.
 
         Returns the new rows, a view that the next call overwrites, and the outcome: RUNNING where it only paused.
+        Adds to kernel_seconds, CPU seconds of this thread.
         """
-        start = time.perf_counter()
+        start = CLOCK()
         kernel = KERNELS[self.case.model.fidelity]
         interval, last = self.interval, int(self.state.steps[0]) + most
         rows, outcome = kernel(self.model, self.state, self.sweep, self.history, interval, most, until)
@@ -184,7 +187,7 @@ class Drop:
                 rest = last - int(self.state.steps[0])
                 more, outcome = kernel(self.model, self.state, self.sweep, self.history[rows:], interval, rest, until)
                 rows += more
-        self.kernel_seconds += time.perf_counter() - start
+        self.kernel_seconds += CLOCK() - start
         return self.history[:rows], Outcome(outcome)
 
     def run(

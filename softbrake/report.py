@@ -165,7 +165,7 @@ def _answers(case: dict[str, Any], summary: Summary) -> str:
     else:
         cards.append(("lowest height", f"{summary.minimum_height:.4g} m", "no impact", False))
     peak = f"{summary.peak_deceleration / STANDARD_GRAVITY:.2f}{bar(errors.get('peak_deceleration'), 1 / STANDARD_GRAVITY)} g"
-    cards.append(("peak deceleration", peak, _when(summary, "peak_deceleration"), False))
+    cards.append(("peak deceleration, 1 kHz", peak, _when(summary, "peak_deceleration"), False))
     for tension in TENSIONS:
         name = f"peak_tension_{tension}"
         if (value_of := getattr(summary, name)) is not None:
@@ -285,7 +285,7 @@ def _computed(summary: Summary) -> str:
     model = summary.model
     lines = [
         f"{model.fidelity}, {model.scheme} scheme, {model.generatrix} x {model.hoop} cells, Courant {model.courant:g}",
-        f"{summary.steps} steps of {summary.time_step * 1e6:.4g} us on average, {summary.kernel_seconds:.2f} s",
+        f"{summary.steps} steps of {summary.time_step * 1e6:.4g} us on average, {summary.kernel_seconds:.2f} s of CPU",
     ]
     works = [[f"work, {name}", f"{value:.2f} J"] for name, value in asdict(summary.work).items()]
     works.append(["energy residual", f"{summary.energy_error:.1e} of the initial energy"])

@@ -118,8 +118,8 @@ class Summary:
     energy_error: float  # residual of the work ledger over initial kinetic plus potential energy
     steps: int
     time_step: float  # s, mean
-    kernel_seconds: float
-    wall_seconds: float
+    kernel_seconds: float  # s of CPU
+    wall_seconds: float  # s
     model: ModelUsed
     results: str | None  # path of the result file
     impact_velocity_error: float | None = None  # m/s, estimated numerical error; None where it was not asked for or has no bound

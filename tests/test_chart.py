@@ -1,6 +1,7 @@
 """Work-precision charts: fronts, orders and advice on made-up runs, an honest reference, and the whole command."""
 
 import csv
+import io
 import math
 import shlex
 import signal
@@ -13,10 +14,28 @@ import numpy as np
 import pytest
 import synthetic_drop
 from conftest import Command
+from rich.console import Console
+from typer.testing import CliRunner
 
 import softbrake as package
 from softbrake import chart as module
-from softbrake.chart import PAPER, UNITS, Chart, Reference, Run, Setting, chart, fitted_order, pareto, plan, write_csv
+from softbrake.chart import (
+    INTERRUPTED,
+    PAPER,
+    TOO_FINE,
+    UNITS,
+    Chart,
+    Reference,
+    Run,
+    Setting,
+    chart,
+    fitted_order,
+    pareto,
+    plan,
+    write_csv,
+)
+from softbrake.cli import app
+from softbrake.console import print_chart
 from softbrake.drop import Drop
 from softbrake.ladder import level
 
@@ -98,10 +117,12 @@ def test_failures_are_listed_and_never_count() -> None:
 def test_omissions_are_said_by_family() -> None:
     found = made_up()
     found.left_out = [(Setting("full", "cell", 0.02, n, 2 * n), s) for n, s in ((36, 5.0), (72, 80.0))]
-    found.left_out.append((Setting("axisymmetric", "edge", 0.9, 144, 720), None))
+    found.left_out.append((Setting("axisymmetric", "edge", 0.9, 144, 720), TOO_FINE))
+    found.left_out.append((Setting("axisymmetric", "edge", 0.5, 36, 720), INTERRUPTED))
     assert found.omissions() == [
         "full, cell scheme, Courant 0.02: 36, 72 cells, may take 5 s and more",
         "axisymmetric: 144 cells, too fine for the reference to judge",
+        "axisymmetric, Courant 0.5: 36 cells, not run: interrupted",
     ]
 
 
@@ -175,8 +196,8 @@ def test_shell_that_crumples_is_compared_with_an_ensemble(monkeypatch: pytest.Mo
     assert found.recommended("impact_velocity", 0.05) is None
     assert not found.runs and len(found.left_out) == len(plan(case))
     monkeypatch.setattr(module, "plan", lambda case: [])
-    monkeypatch.setattr(module, "PARTS", ())
-    reference = chart(case, budget=20.0).reference
+    monkeypatch.setattr(module._Charter, "expected", lambda self, setting: 0.0 if setting.generatrix <= 24 else math.inf)
+    reference = chart(case, budget=1e6).reference
     assert reference is not None
     drop = Drop(reference.setting.apply(case))
     drop.disturb(2.5e-5, 11)
@@ -189,6 +210,37 @@ def test_without_a_reference_there_is_no_chart(monkeypatch: pytest.MonkeyPatch) 
     monkeypatch.setattr(module._Charter, "run", lambda self, setting, seed=0: run(18, 0.1, 0.0, "diverged"))
     with pytest.raises(package.Diverged, match="diverges on every grid: there is no reference"):
         chart(package.load_case(SCENE), budget=1.0)
+
+
+def test_runs_of_the_kind_of_the_reference_are_on_coarser_grids(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Full shells and sectors share the grid's error with a full reference; axisymmetric shells are another model."""
+    case = package.load_case(CONFIGS / "paper.yaml")
+    reference = replace(made_up().reference, setting=Setting("full", "edge", 0.9, 36, 90))
+    monkeypatch.setattr(module._Charter, "reference", lambda self: reference)
+    monkeypatch.setattr(module._Charter, "timed", lambda self, setting: replace(run(9, 0.1, 1.0), setting=setting))
+    runs = sorted((one.setting for one in chart(case, budget=1e6).runs), key=lambda setting: setting.generatrix)
+    finest = {setting.fidelity: setting.generatrix for setting in runs if setting.fidelity != "lumped"}
+    assert finest == {"full": 18, "sector": 18, "axisymmetric": 144}
+
+
+def test_the_papers_grid_confirms_no_grid_of_another_shape() -> None:
+    of_paper = replace(run(9, 8.0, 1.0), setting=PAPER)
+    coarse = run(18, 1.0, 1.0, courant=PAPER.courant)
+    family = PAPER.family
+    for cells, count in ((90, 2), (72, 1)):
+        found = replace(made_up(coarse, of_paper), case=package.load_case(SCENE, [f"grid.hoop={cells}"]))
+        assert len(found.families()[family]) == count
+        assert (found.recommended("impact_velocity", 0.01) is None) == (count == 1)
+
+
+@pytest.mark.parametrize(
+    ("error", "why"),
+    [(math.inf, "the budget holds one grid"), (0.3, "is known to 30 % only"), (0.001, "that a finer one confirms")],
+)
+def test_why_nothing_is_recommended_is_said(error: float, why: str) -> None:
+    stream = io.StringIO()
+    print_chart(made_up(run(9, 1.0, 1.5), error=error), "softbrake run", Console(file=stream, width=120))
+    assert stream.getvalue().count(why) >= 3
 
 
 def test_a_cargo_that_stops_has_a_stroke() -> None:
@@ -206,8 +258,23 @@ def test_interrupt_keeps_what_was_done(tmp_path: Path, monkeypatch: pytest.Monke
     monkeypatch.setattr(module, "DOUBLINGS", 3)
     found = chart(package.load_case(SCENE, ["time.end=20 ms"]), 1e6, report)
     assert found.interrupted and len(found.runs) == 3
+    assert {one.setting for one in found.runs} | {setting for setting, _ in found.left_out} == {*plan(found.case)}
+    assert {why for _, why in found.left_out} == {INTERRUPTED}
     write_csv(found, tmp_path / "chart.csv")
     assert [line["role"] for line in lines_of(tmp_path / "chart.csv")].count("run") == 3
+
+
+def test_interrupt_before_the_reference_keeps_an_older_chart(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    def reference(self: object) -> Reference:
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(module._Charter, "reference", reference)
+    older = tmp_path / "chart.csv"
+    older.write_text("older")
+    done = CliRunner().invoke(app, ["chart", str(SCENE), "--output", str(tmp_path / "chart.png"), "--quiet"])
+    assert done.exit_code == 130
+    assert "nothing is written" in done.output
+    assert older.read_text() == "older" and not (tmp_path / "chart.png").exists()
 
 
 def lines_of(path: Path) -> list[dict[str, str]]:

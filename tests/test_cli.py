@@ -352,10 +352,34 @@ def test_interrupt_leaves_a_readable_file_and_exit_130(
     assert answer["steps"] > 0
 
 
-def test_warmup_leaves_nothing_to_compile() -> None:
+def test_warmup_leaves_nothing_to_compile(softbrake: Command, paper: Path) -> None:
     done = CliRunner().invoke(app, ["warmup"])
     assert done.exit_code == 0
     assert str(CACHE_FOLDER) in done.output
+    before = {*CACHE_FOLDER.rglob("*.nbc")}
     for fidelity in KERNELS:
         columns = ["model.sector=15"] if fidelity == "sector" else []
         assert kernels_cached(parse_case(starter(), "starter", [f"model.fidelity={fidelity}", *columns]))
+        changes = [word for change in (f"model.fidelity={fidelity}", *columns) for word in ("--set", change)]
+        assert softbrake("run", paper, *SMALL[:2], "--set", "time.end=1ms", *changes).returncode == 0
+    assert {*CACHE_FOLDER.rglob("*.nbc")} == before
+
+
+def test_interrupted_warmup_ends_without_a_traceback(tmp_path: Path, environment: dict[str, str]) -> None:
+    cold = environment | {"NUMBA_CACHE_DIR": str(tmp_path)}
+    process = subprocess.Popen(
+        [sys.executable, "-m", "softbrake", "warmup"],
+        env=cold,
+        stderr=subprocess.PIPE,
+        text=True,
+        preexec_fn=lambda: signal.signal(signal.SIGINT, signal.default_int_handler),
+    )
+    assert process.stderr is not None
+    for line in process.stderr:
+        if line.strip() == "full":
+            break
+    time.sleep(2.0)  # the compiler is at work, for ten seconds more at least
+    process.send_signal(signal.SIGINT)
+    _, errors = process.communicate(timeout=60)
+    assert process.returncode == 130
+    assert errors == "interrupted\n"

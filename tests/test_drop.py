@@ -2,6 +2,8 @@
 
 import json
 import pickle
+import sys
+import time
 from pathlib import Path
 
 import h5py
@@ -9,6 +11,7 @@ import numpy as np
 import pytest
 
 import softbrake
+from softbrake import drop
 from softbrake.case import Case, parse_case
 from softbrake.results import read_case, read_snapshots
 
@@ -32,6 +35,28 @@ def test_pictures_from_first_contact_to_impact(tmp_path: Path) -> None:
     assert shots.times[-1] == pytest.approx(summary.impact_time)
     assert np.abs(shots.xyz[-1, -1, :, 2]).max() < 1e-7  # the cover on the ground
     assert shots.xyz[..., 2].min() > -1e-6
+
+
+@pytest.mark.parametrize(("contact", "most"), [("solid", 12), ("full", 140)])
+def test_memory_of_a_node(contact: str, most: int) -> None:
+    """Doubles of a node of 36 x 90 cells: rows beside the six of places and velocities; folds have room for eight pairs."""
+    ours = drop.Drop(softbrake.load_case(PAPER, [f"contact={contact}"]))
+    parts, doubles = [ours.state, ours.sweep], 0.0
+    while parts:
+        part = parts.pop()
+        if isinstance(part, tuple):
+            parts += part
+        else:
+            doubles += part.nbytes / 8
+    assert 6 < doubles / ((ours.model.n1 + 1) * ours.model.n2) < most
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="counts wall time: see drop.CLOCK")
+def test_kernel_seconds_count_no_time_that_others_take(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setitem(drop.KERNELS, "full", lambda *_: (time.sleep(0.3), (0, 0))[1])
+    waiting = drop.Drop(case())
+    waiting.advance()
+    assert waiting.kernel_seconds < 0.1
 
 
 def test_resolved_case_in_the_file_runs_again(tmp_path: Path) -> None:

@@ -394,10 +394,11 @@ def test_wide_belt_on_two_grids_gives_one_ring() -> None:
     """A belt of 500 m shared by 5 or 10 rows."""
     belt = (Belt(600.0, stiffness=5 * 20e3 * 500.0, line_density=0.25 * 500.0, width=500.0),)
     moving = [follow_ring(Drop(belted(belt, rows, RINGS)), 1.5e-3) for rows in (12, 24)]
-    # The rows of the finer grid are lighter, and steps a little shorter where the shell stiffens: compared at the same times.
-    assert moving[0][1] == pytest.approx(np.interp(moving[0][0], *moving[1]), abs=1e-3)
+    assert len(moving[0][0]) == len(moving[1][0])
+    assert moving[0][0] == pytest.approx(moving[1][0], rel=1e-5)  # the geometric terms of the bound hang on the grid
+    assert moving[0][1] == pytest.approx(moving[1][1], abs=1e-5)
     ring = PAPER_RING._replace(stiffness=STIFFNESS + 100e3, density=0.3).polygon(24)
-    assert moving[0][1] == pytest.approx(ring.stretch(moving[0][0]), abs=1e-3)
+    assert moving[0][1] == pytest.approx(ring.stretch(moving[0][0]), abs=1e-4)
 
 
 def test_printed_scheme_agrees_with_the_edge_scheme_while_it_lasts() -> None:
@@ -425,7 +426,7 @@ AT_20_MS = {
     "moduli-sweep": 5.616645438452103,
     "no-belts": 5.650910673387701,
     "paper": 5.685909906382496,
-    "paper-contact": 5.685892926088558,
+    "paper-contact": 5.685799199786636,
     "paper-narrow-belts": 5.616645624112372,
     "sine": 5.991962291128708,
 }
