@@ -359,3 +359,10 @@ def test_warmup_leaves_nothing_to_compile() -> None:
     for fidelity in KERNELS:
         columns = ["model.sector=15"] if fidelity == "sector" else []
         assert kernels_cached(parse_case(starter(), "starter", [f"model.fidelity={fidelity}", *columns]))
+
+
+def test_a_peak_whose_error_has_no_bound_says_so() -> None:
+    answer = replace(summary(), peak_errors={"peak_deceleration": 0.5, "peak_tension_hoop": None})
+    hoop = next(line for line in printed(answer).splitlines() if line.startswith("peak tension, hoop"))
+    generatrix = next(line for line in printed(answer).splitlines() if line.startswith("peak tension, generatrix"))
+    assert "± no bound, at" in hoop and "±" not in generatrix
