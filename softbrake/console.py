@@ -192,9 +192,12 @@ def _tensions(summary: Summary, scale: float | None) -> Table:
 
 
 def _bar(summary: Summary, name: str, unit: float) -> str:
-    """Estimated error of a peak, in its unit, where there is one."""
-    error = (summary.peak_errors or {}).get(name)
-    return "" if error is None else f"± {error * unit:.2g}, "
+    """Estimated error of a peak, in its unit, where one was asked for."""
+    errors = summary.peak_errors or {}
+    if name not in errors:
+        return ""
+    error = errors[name]
+    return "± no bound, " if error is None else f"± {error * unit:.2g}, "
 
 
 def _ladder(summary: Summary) -> Table:

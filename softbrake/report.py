@@ -158,18 +158,21 @@ def _answers(case: dict[str, Any], summary: Summary) -> str:
     def bar(error: float | None, scale: float) -> str:
         return "" if error is None else f" ± {error * scale:.2g}"
 
+    def peak_bar(name: str, scale: float) -> str:
+        return " ± no bound," if name in errors and errors[name] is None else bar(errors.get(name), scale)
+
     cards: list[tuple[str, str, str, bool]] = []
     if summary.impact_velocity is not None:
         value = f"{summary.impact_velocity:.3f}{bar(summary.impact_velocity_error, 1.0)} m/s"
         cards.append(("impact velocity", value, f"free fall {summary.free_fall_velocity:.3f} m/s", False))
     else:
         cards.append(("lowest height", f"{summary.minimum_height:.4g} m", "no impact", False))
-    peak = f"{summary.peak_deceleration / STANDARD_GRAVITY:.2f}{bar(errors.get('peak_deceleration'), 1 / STANDARD_GRAVITY)} g"
+    peak = f"{summary.peak_deceleration / STANDARD_GRAVITY:.2f}{peak_bar('peak_deceleration', 1 / STANDARD_GRAVITY)} g"
     cards.append(("peak deceleration, 1 kHz", peak, f"net of gravity, {_when(summary, 'peak_deceleration')}".rstrip(", "), False))
     for tension in TENSIONS:
         name = f"peak_tension_{tension}"
         if (value_of := getattr(summary, name)) is not None:
-            value = f"{value_of / 1e3:.2f}{bar(errors.get(name), 1e-3)} kN/m"
+            value = f"{value_of / 1e3:.2f}{peak_bar(name, 1e-3)} kN/m"
             cards.append((f"peak tension, {tension}", value, _when(summary, name), False))
     for name, margin in (("fabric", summary.fabric_margin), ("belts", summary.belt_margin)):
         if margin is not None:

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from rich.console import Console
 from rich.table import Table
 
+from softbrake.console import STANDARD_GRAVITY
 from softbrake.plot import BLUE, GREEN, GREY, INK, ORANGE, RED, STYLE, PlotError, load_matplotlib, save
 from softbrake.sweep import Plan, Record
 
@@ -23,7 +24,6 @@ RESULTS, UNITS, PICTURE = "results.csv", "results.units.csv", "sweep.png"
 PEAKS = ("peak_deceleration", "peak_tension_generatrix", "peak_tension_hoop", "peak_tension_belt")
 TIMINGS = ("kernel_seconds", "wall_seconds")  # the last columns: all that two runs of one sweep may differ in
 LEFT_OUT = ("title", "results", "ladder", "sensitivity")
-STANDARD_GRAVITY = 9.80665  # m/s^2
 MOST_LINES = 24
 MISSING = "not run, or lost with its worker"
 MOST_AXES = 6  # of a scatter matrix

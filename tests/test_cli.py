@@ -383,3 +383,10 @@ def test_interrupted_warmup_ends_without_a_traceback(tmp_path: Path, environment
     _, errors = process.communicate(timeout=60)
     assert process.returncode == 130
     assert errors == "interrupted\n"
+
+
+def test_a_peak_whose_error_has_no_bound_says_so() -> None:
+    answer = replace(summary(), peak_errors={"peak_deceleration": 0.5, "peak_tension_hoop": None})
+    hoop = next(line for line in printed(answer).splitlines() if line.startswith("peak tension, hoop"))
+    generatrix = next(line for line in printed(answer).splitlines() if line.startswith("peak tension, generatrix"))
+    assert "± no bound, at" in hoop and "±" not in generatrix

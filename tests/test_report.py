@@ -108,7 +108,7 @@ def test_errors_margins_and_sensitivities_are_shown(tmp_path: Path) -> None:
         {},
         {"a": "why"},
     )
-    errors = {"peak_deceleration": 0.98, "peak_tension_hoop": 120.0}
+    errors = {"peak_deceleration": 0.98, "peak_tension_hoop": 120.0, "peak_tension_generatrix": None}
     answer = replace(
         drop.summary(),
         impact_velocity_error=0.05,
@@ -125,6 +125,7 @@ def test_errors_margins_and_sensitivities_are_shown(tmp_path: Path) -> None:
         "3.600 ± 0.05 m/s",
         "± 0.1 g",
         "± 0.12 kN/m",
+        "4.00 ± no bound, kN/m",
         "three grids",
         "+50%",
         "-10%",
