@@ -30,6 +30,7 @@ class Axis(NamedTuple):
 
     path: str
     unit: str  # SI; empty for ratios, integers and words
+    log: bool = False  # spaced so, and drawn so
 
 
 class Design(NamedTuple):
@@ -120,7 +121,7 @@ def load_designs(
     if faults:
         shown = list(faults)[:FAULTS_SHOWN]
         raise CaseError(shown + ([f"... and {len(faults) - len(shown)} faults more"] if len(faults) > len(shown) else []))
-    return Designs(tuple(Axis(axis, _unit(axis)) for axis in axes), tuple(designs))
+    return Designs(tuple(Axis(axis, _unit(axis), values.log) for axis, values in axes.items()), tuple(designs))
 
 
 def key_of(path: str) -> Key | None:

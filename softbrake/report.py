@@ -54,7 +54,8 @@ def sweep_page(folder: Path | str) -> str:
     """The page on the folder of a sweep: its plan.json and results.csv. Raises ResultError."""
     folder = Path(folder)
     try:
-        title = json.loads((folder / "plan.json").read_text(encoding="utf-8"))["title"]
+        plan = json.loads((folder / "plan.json").read_text(encoding="utf-8"))
+        title, case = plan["title"], plan["case"]
         with open(folder / "results.csv", encoding="utf-8", newline="") as file:
             rows = list(csv.DictReader(file))
         with open(folder / "results.units.csv", encoding="utf-8", newline="") as file:
@@ -69,9 +70,12 @@ def sweep_page(folder: Path | str) -> str:
     parts = [f"<h1>{escape(title)}</h1>", f"<p>{len(rows)} runs over {escape(', '.join(axes))}</p>"]
     if failed:
         parts.append(f"<p><b>{len(failed)} of them have no answer.</b></p>")
-    parts += ["<h2>Answers</h2>", _sweep_charts(rows, axes, units), "<h2>Runs</h2>", _runs(rows, axes, units)]
+    if charts := _sweep_charts(rows, axes, units):
+        parts += ["<h2>Answers</h2>", charts]
+    parts += ["<h2>Runs</h2>", _runs(rows, axes, units)]
     if failed:
         parts += ["<h2>Runs without an answer</h2>", table(("run", "why"), [(row["run"], row["fault"]) for row in failed])]
+    parts += ["<h2>Case</h2>", "<p>Of the first run.</p>", _case(case)]
     return page(title, parts, folder.name)
 
 
@@ -108,7 +112,7 @@ def _column(rows: Sequence[dict[str, str]], name: str, scale: float) -> NDArray[
 
 
 def _sweep_charts(rows: Sequence[dict[str, str]], axes: Sequence[str], units: dict[str, str]) -> str:
-    """Answers over each axis of numbers: a curve where it is the only one, else a dot a run."""
+    """Answers over each axis of numbers, a curve where it is the only one, else a dot a run; empty without such an axis."""
     figures = []
     for axis in axes:
         try:
@@ -126,6 +130,8 @@ def _sweep_charts(rows: Sequence[dict[str, str]], axes: Sequence[str], units: di
             dots = [Mark(a, b) for a, b in zip(x, y, strict=True) if math.isfinite(b)] if len(axes) > 1 or len(x) <= 40 else []
             curves = [Curve("", y[order])] if len(axes) == 1 else []
             figures.append(chart(answer.title.capitalize(), answer.unit, x[order], curves, label, dots))
+    if not figures:  # words only
+        return ""
     note = '<p class="note">Impact velocity 0: the cargo stops above the ground.</p>'
     stops = any(row["outcome"] == "stopped" for row in rows)
     return f'<div class="charts">{"".join(figures)}</div>{note if stops else ""}'

@@ -107,9 +107,7 @@ class Summary:
     free_fall_velocity: float  # m/s, after falling the shell's height unbraked
     velocity_reduction: float | None  # m/s
     minimum_height: float  # m, lowest place of the upper cover
-    peak_deceleration: (
-        float  # m/s^2, net of gravity: an accelerometer reads 1 g more; upwards positive, behind a low-pass of 1 kHz
-    )
+    peak_deceleration: float  # m/s^2 upwards, net of gravity: an accelerometer reads 1 g more; behind a low-pass of 1 kHz
     peak_tension_generatrix: float | None  # N/m; None of a lumped run, which has no shell
     peak_tension_hoop: float | None  # N/m; likewise
     peak_tension_belt: float | None  # N/m; likewise, and None without belts

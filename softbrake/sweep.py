@@ -58,6 +58,7 @@ class Plan:
     source_hash: str
     axes: tuple[Axis, ...]
     runs: tuple[Run, ...]
+    case: dict[str, Any]  # resolved, of the first run
 
 
 class Shard(NamedTuple):
@@ -90,8 +91,10 @@ def make_plan(designs: Designs) -> tuple[Plan, dict[str, Case]]:
     """Return the plan of the designs, and the cases by the ids of their runs; two equal cases are one run."""
     cases = [(run_id(design.case), design) for design in designs.all]
     runs = tuple(Run(id, design.values) for id, design in cases)
-    title = designs.all[0].case.title
-    return Plan(title, __version__, source_hash(), designs.axes, runs), {id: design.case for id, design in cases}
+    first = designs.all[0].case
+    return Plan(first.title, __version__, source_hash(), designs.axes, runs, case_to_dict(first)), {
+        id: design.case for id, design in cases
+    }
 
 
 def run_sweep(

@@ -13,6 +13,7 @@ from rich.console import Console
 from rich.table import Table
 
 from softbrake.console import STANDARD_GRAVITY
+from softbrake.designs import Axis
 from softbrake.plot import BLUE, GREEN, GREY, INK, ORANGE, RED, STYLE, PlotError, load_matplotlib, save
 from softbrake.sweep import Plan, Record
 
@@ -148,7 +149,7 @@ def draw_sweep(plan: Plan, table: Sequence[Row], picture: Path) -> None:
     if not plan.axes:
         raise PlotError("no picture: the sweep has no axis")
     mpl = load_matplotlib()
-    scales = [_Scale(axis.path, axis.unit, [row[axis.path] for row in table]) for axis in plan.axes]
+    scales = [_Scale(axis, [row[axis.path] for row in table]) for axis in plan.axes]
     words, numbers = ([scale for scale in scales if bool(scale.words) == wanted] for wanted in (True, False))
     with mpl.rc_context(STYLE):
         if len(scales) == 1:
@@ -166,7 +167,8 @@ def draw_sweep(plan: Plan, table: Sequence[Row], picture: Path) -> None:
 class _Scale:
     """Where the values of an axis stand in a picture: numbers in a readable unit, words side by side."""
 
-    def __init__(self, path: str, unit: str, values: Sequence[float | str]) -> None:
+    def __init__(self, axis: Axis, values: Sequence[float | str]) -> None:
+        path, unit, self.log = axis
         self.words = [] if all(isinstance(value, (int, float)) for value in values) else list(dict.fromkeys(map(str, values)))
         if self.words:
             self.at: NDArray[Any] = np.array([self.words.index(str(value)) for value in values], float)
@@ -183,6 +185,8 @@ class _Scale:
 
     def along(self, axes: Axes, which: str) -> None:
         axes.set(**{f"{which}label": self.label})
+        if self.log:
+            axes.set(**{f"{which}scale": "log"})
         if self.words:
             axes.set(**{f"{which}ticks": range(len(self.words)), f"{which}ticklabels": self.words})
 

@@ -197,7 +197,7 @@ def test_summary_fits_80_columns_and_says_everything() -> None:
         "Impact: the cover reached the ground at 0.12 s.",
         "3.60000 m/s    at 0.12000 s",
         "47.9% of free fall",
-        "20.00 m/s^2  2.04 g net of gravity, at 0.00400 s",
+        "20.00 m/s^2  2.04 g net, at 0.00400 s",
         "28.712 kN/m   6.097 T0/L, at 0.01234 s, 0.300 m up",
         "-1140.000 J",
         "1.00e-14",

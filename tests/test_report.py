@@ -199,7 +199,7 @@ def test_killed_and_diverged_runs_have_a_page(tmp_path: Path) -> None:
 
 COLUMNS = "run,id,pressure.value,outcome,fault,impact_velocity,minimum_height,peak_deceleration,peak_tension_belt\n"
 SWEEP = {  # as a sweep writes them: stops above the ground, lands, lands, bursts
-    "plan.json": '{"title": "Sweep <1>"}',
+    "plan.json": '{"title": "Sweep <1>", "case": {"title": "Sweep <1>", "cargo": {"mass": 123.5}}}',
     "results.csv": COLUMNS + "1,a,30000.0,stopped,,,0.1,98.0665,\n2,b,20000.0,impact,,1.5,0.0,49.03325,\n"
     "3,c,10000.0,impact,,6.25,0.0,19.6133,\n4,d,90000.0,diverged,it <bursts>,9.0,0.5,1e9,\n",
     "results.units.csv": COLUMNS + ",,Pa,,,m/s,m,m/s^2,N/m\n",
@@ -222,6 +222,7 @@ def test_page_of_a_sweep(tmp_path: Path) -> None:
     assert "2\nimpact\n20000\n1.5\n5\n0" in found.words
     assert "1\nstopped\n30000\n–\n10\n0.1" in found.words
     assert "4\ndiverged\n90000\n–\n–\n–" in found.words
+    assert "cargo.mass\n123.5 kg" in found.words  # of the case
     curve = path_of(text)
     assert len(curve) == 3
     assert list(curve[:, 0]) == sorted(curve[:, 0])  # by the axis, whatever the order of the runs

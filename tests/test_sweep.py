@@ -67,7 +67,7 @@ def test_the_first_axis_turns_slowest_and_zip_goes_side_by_side() -> None:
 def test_shipped_sweep_has_the_moduli_of_the_paper() -> None:
     designs = load_designs(MODULI)
     assert {15e3, 18.75e3, 20e3} <= {design.case.fabric.E11 for design in designs.all}
-    assert designs.axes == (("fabric.E", "N/m"),)
+    assert designs.axes == (("fabric.E", "N/m", False),)
     assert all(design.values[0] == design.case.fabric.E22 for design in designs.all)
 
 
@@ -406,9 +406,18 @@ def test_pictures(softbrake: Command, tmp_path: Path, vary: list[str]) -> None:
     assert (tmp_path / "s" / "sweep.png").read_bytes().startswith(b"\x89PNG")
 
 
+def test_a_logarithmic_range_is_drawn_on_a_logarithmic_axis() -> None:
+    figure = pytest.importorskip("matplotlib.figure")
+    designs = moduli("cargo.mass=1kg:10000kg:5:log")
+    assert designs.axes == (sweep.Axis("cargo.mass", "kg", log=True),)
+    panel = figure.Figure().subplots()
+    sweep_results._Scale(designs.axes[0], [design.values[0] for design in designs.all]).along(panel, "x")
+    assert panel.get_xscale() == "log"
+
+
 def test_a_long_sweep_prints_some_of_its_runs(capsys: pytest.CaptureFixture[str]) -> None:
     runs = tuple(Run(f"{number}", (float(number),)) for number in range(1000))
-    plan = sweep.Plan("A sweep", "1", "2", (sweep.Axis("cargo.mass", "kg"),), runs)
+    plan = sweep.Plan("A sweep", "1", "2", (sweep.Axis("cargo.mass", "kg"),), runs, {})
     table = sweep_results.rows(plan, {})
     sweep_results.print_table(plan, table)
     told = capsys.readouterr().out
