@@ -251,9 +251,8 @@ def run(name: str, tolerance: float, budget: float, reference: Reference) -> Run
     case = scene(name)
     found = climb(case, tolerance, budget)
     summary, grid = found.summary, found.case.grid
-    finest = max((rung.generatrix for rung in summary.ladder if rung.fidelity == reference.fidelity), default=0)
-    if 2 * finest > reference.generatrix:
-        raise ValueError(f"'{name}': the reference of {reference.generatrix} cells is not far beyond {finest}")
+    if found.case.model.fidelity == reference.fidelity and 2 * grid.generatrix > reference.generatrix:
+        raise ValueError(f"'{name}': the reference of {reference.generatrix} cells is not far beyond {grid.generatrix}")
     value = speed_of(summary)
     return Run(
         scene=name,
