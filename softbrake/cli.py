@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from softbrake.sweep import Plan
 
 FAILED, BAD_INPUT, INTERRUPTED = 1, 2, 130
-COMPILING = "about 20 s"
+COMPILING = "20 to 40 s"
 
 app = typer.Typer(
     help="Braking of a falling cargo by an inflatable shell of fabric and ring belts.",

@@ -5,7 +5,6 @@ from math import cos, pi, sin, sqrt
 from numba import uint64
 
 from softbrake.kernels.jit import kernel
-from softbrake.kernels.rows import lanes
 from softbrake.state import PAD, PressureLaw
 
 FIRST = uint64(PAD)
@@ -35,12 +34,12 @@ def pressure_at(pressure, time):
 
 
 @kernel
-def update_damped_pressure(pressure, uniform, nodes, area, on_nodes, node, columns):
-    """Update the pressure on the nodes of a row by their normal velocities V^n at n-1/2. Eq. (2.11).
+def update_damped_pressure(pressure, uniform, nodes, area, on_nodes, node, count):
+    """Update the pressure on a number of nodes in a row by their normal velocities V^n at n-1/2. Eq. (2.11).
 
     Reads uniform: p~ (Pa); nodes at offset node; area. Writes on_nodes (Pa).
     """
-    for j in range(lanes(columns)):
+    for j in range(uint64(count)):
         a = node + j
         b = FIRST + j
         square = area.x[b] * area.x[b] + area.y[b] * area.y[b] + area.z[b] * area.z[b]

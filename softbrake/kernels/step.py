@@ -22,6 +22,7 @@ from softbrake.kernels.ledger import add_belt_work, add_cargo_work, add_cell_wor
 from softbrake.kernels.lobes import part_lobes
 from softbrake.kernels.motion import close_edges, hold_row, lift_row, push_cargo, push_row, vertical_forces
 from softbrake.kernels.pressure import pressure_at, update_damped_pressure
+from softbrake.kernels.rows import lanes
 from softbrake.kernels.timestep import stable_step
 from softbrake.state import PAD, FoldCount, History, Outcome, Peak, Scheme
 
@@ -112,7 +113,7 @@ def sweep_rows(model, state, sweep, dt, length):
             update_top(belt, FIRST, top_belt, float(i), n2)
             add_hoop_forces(belt, force, FIRST, n2)
         if damped:
-            update_damped_pressure(model.pressure, pressure, nodes, area, on_nodes, node, n2)  # (2.11)
+            update_damped_pressure(model.pressure, pressure, nodes, area, on_nodes, node, lanes(n2))  # (2.11)
 
         if i == 0:
             tension, gas = vertical_forces(force, area, on_nodes, n2)
