@@ -109,9 +109,7 @@ def run(
     case = _load(case_file, changes)
     if with_error_bar and case.tolerance is not None:
         _fail("--error-bar: a run for a tolerance has one already")
-    results = None if no_results else output or Path(f"{case_file.stem}.vtkhdf")
-    if results is not None:
-        _check_writable(results, case_file)
+    results = _result_file(case_file, output, no_results, ".vtkhdf")
 
     from softbrake import console
     from softbrake.drop import Diverged, NotInflated
@@ -289,9 +287,7 @@ def inflate(
         _fail("--output and --no-results exclude each other")
     # The shape is asked for whatever the drop starts from; the checks of an inflated start hold for it too.
     case = _load(case_file, [*(overrides or ()), "initial=inflated"])
-    results = None if no_results else output or Path(f"{case_file.stem}-inflated.vtkhdf")
-    if results is not None:
-        _check_writable(results, case_file)
+    results = _result_file(case_file, output, no_results, "-inflated.vtkhdf")
 
     from softbrake import console
     from softbrake.drop import NotInflated
@@ -666,6 +662,15 @@ def _beside(result: Path, suffix: str) -> Path:
     """Name of a file beside a result or a folder; dots in the name of a folder end nothing."""
     named = result if result.name not in ("", "..") else result.resolve()
     return named.parent / f"{named.stem if named.suffix == '.vtkhdf' else named.name}{suffix}"
+
+
+def _result_file(case_file: Path, output: Path | None, no_results: bool, ending: str) -> Path | None:
+    """Result file that is asked for, None without one; by default the case's name with an ending, here."""
+    if no_results:
+        return None
+    results = output or Path(f"{case_file.stem}{ending}")
+    _check_writable(results, case_file)
+    return results
 
 
 def _check_writable(results: Path, case_file: Path) -> None:

@@ -334,10 +334,11 @@ def print_unfinished(row: dict[str, float]) -> None:
 
 
 @contextmanager
-def progress(height: float, *, quiet: bool) -> Iterator[Callable[[Progress], None] | None]:
-    """Give the callback for a run of a shell of this `height` (m).
+def _display(*, quiet: bool, at_once: bool = False) -> Iterator[Callable[[float, str, bool], None] | None]:
+    """Give a function that shows which share is done, and a line of words about it; None if `quiet`.
 
-    On a terminal it draws a live bar, elsewhere a plain line every few seconds, both on stderr; None if `quiet`.
+    On a terminal it moves a live bar, elsewhere it prints a plain line every few seconds, both on stderr. Plain lines begin with
+    the first words if `at_once`; the function's last argument tells words that are not to wait.
     """
     console = Console(stderr=True, highlight=False)
     if quiet:
@@ -345,52 +346,42 @@ def progress(height: float, *, quiet: bool) -> Iterator[Callable[[Progress], Non
     elif sys.stderr.isatty() and console.is_interactive:
         with Bar(BarColumn(20), TextColumn("{task.description}", markup=False), console=console, transient=True) as bar:
             task = bar.add_task("", total=1.0)
-
-            def move(now: Progress) -> None:
-                # The run ends on the ground or at its end time, whichever comes first.
-                bar.update(task, completed=max(now.time / now.end_time, 1.0 - now.height / height), description=_line(now))
-
-            yield move
+            yield lambda share, words, _: bar.update(task, completed=share, description=words)
     else:
-        yield _plain_lines()
+        last = -math.inf if at_once else time.monotonic()
+
+        def write(_: float, words: str, urgent: bool) -> None:
+            nonlocal last
+            if urgent or time.monotonic() - last >= SECONDS_BETWEEN_LINES:
+                last = time.monotonic()
+                print(words, file=sys.stderr, flush=True)
+
+        yield write
 
 
-def _plain_lines() -> Callable[[Progress], None]:
-    last = time.monotonic()
+@contextmanager
+def progress(height: float, *, quiet: bool) -> Iterator[Callable[[Progress], None] | None]:
+    """Give the callback for a run of a shell of this `height` (m), None if `quiet`: a live bar, or plain lines off a terminal."""
+    with _display(quiet=quiet) as show:
 
-    def write(now: Progress) -> None:
-        nonlocal last
-        if time.monotonic() - last >= SECONDS_BETWEEN_LINES:
-            last = time.monotonic()
-            print(_line(now), file=sys.stderr, flush=True)
+        def tell(now: Progress) -> None:
+            assert show is not None
+            # The run ends on the ground or at its end time, whichever comes first.
+            show(max(now.time / now.end_time, 1.0 - now.height / height), _line(now), False)
 
-    return write
+        yield None if show is None else tell
 
 
 @contextmanager
 def chart_progress(*, quiet: bool) -> Iterator[Callable[[int, int, str], None] | None]:
     """Give the callback for a chart, told runs done, runs planned and what comes next; where and how as `progress`."""
-    console = Console(stderr=True, highlight=False)
-    if quiet:
-        yield None
-    elif sys.stderr.isatty() and console.is_interactive:
-        with Bar(BarColumn(20), TextColumn("{task.description}", markup=False), console=console, transient=True) as bar:
-            task = bar.add_task("", total=1.0)
+    with _display(quiet=quiet, at_once=True) as show:
 
-            def move(done: int, planned: int, doing: str) -> None:
-                bar.update(task, completed=done, total=planned, description=f"{done} of {planned} runs: {doing}")
+        def tell(done: int, planned: int, doing: str) -> None:
+            assert show is not None
+            show(done / max(planned, 1), f"{done} of {planned} runs: {doing}", False)
 
-            yield move
-    else:
-        last = -math.inf
-
-        def write(done: int, planned: int, doing: str) -> None:
-            nonlocal last
-            if time.monotonic() - last >= SECONDS_BETWEEN_LINES:
-                last = time.monotonic()
-                print(f"{done} of {planned} runs: {doing}", file=sys.stderr, flush=True)
-
-        yield write
+        yield None if show is None else tell
 
 
 def print_chart(found: Chart, command: str, console: Console | None = None) -> None:
@@ -458,35 +449,16 @@ def _line(now: Progress) -> str:
 @contextmanager
 def runs_progress(*, quiet: bool) -> Iterator[Callable[[int, int, bool], None] | None]:
     """Give the callback of many runs: runs done, of all, and whether the last was computed now; else as `progress`."""
-    started, computed, last = time.monotonic(), 0, time.monotonic()
-    console = Console(stderr=True, highlight=False)
-    live = not quiet and sys.stderr.isatty() and console.is_interactive
+    started, computed = time.monotonic(), 0
+    with _display(quiet=quiet) as show:
 
-    def line(done: int, total: int) -> str:
-        seconds = time.monotonic() - started
-        rate = computed / seconds if computed and seconds > 0.0 else 0.0
-        left = f", {(total - done) / rate:.0f} s left" if rate > 0.0 else ""
-        return f"{done} of {total} runs" + (f", {rate:.3g} a second{left}" if rate > 0.0 else "")
-
-    if quiet:
-        yield None
-    elif live:
-        with Bar(BarColumn(20), TextColumn("{task.description}", markup=False), console=console, transient=True) as bar:
-            task = bar.add_task("", total=1)
-
-            def move(done: int, total: int, fresh: bool) -> None:
-                nonlocal computed
-                computed += fresh
-                bar.update(task, completed=done, total=max(total, 1), description=line(done, total))
-
-            yield move
-    else:
-
-        def write(done: int, total: int, fresh: bool) -> None:
-            nonlocal computed, last
+        def tell(done: int, total: int, fresh: bool) -> None:
+            nonlocal computed
+            assert show is not None
             computed += fresh
-            if time.monotonic() - last >= SECONDS_BETWEEN_LINES or (not fresh and done):
-                last = time.monotonic()
-                print(line(done, total), file=sys.stderr, flush=True)
+            seconds = time.monotonic() - started
+            rate = computed / seconds if computed and seconds > 0.0 else 0.0
+            speed = f", {rate:.3g} a second, {(total - done) / rate:.0f} s left" if rate > 0.0 else ""
+            show(done / max(total, 1), f"{done} of {total} runs{speed}", not fresh and done > 0)
 
-        yield write
+        yield None if show is None else tell
