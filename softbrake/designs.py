@@ -13,7 +13,7 @@ from typing import Any, NamedTuple
 
 from softbrake.case import Case, CaseError, parse_case, read_text
 from softbrake.checker import Checker
-from softbrake.keys import LISTED_BELT, SECTIONS, SWEEP, TOP, Key
+from softbrake.keys import SWEEP, Key, key_at
 from softbrake.overrides import Override
 from softbrake.units import Dimension
 from softbrake.yamlnodes import Node, Place, join, parse
@@ -125,19 +125,12 @@ def load_designs(
 
 
 def key_of(path: str) -> Key | None:
-    """The key at a dotted path, None where it is none with a value of its own."""
-    match path.split("."):
-        case [name]:
-            keys: Iterable[Key] = TOP
-        case ["belts", number, name] if number.isdecimal():
-            keys = LISTED_BELT
-        case [section, name]:
-            keys = SECTIONS.get(section, ())
-        case [section, name, number] if number.isdecimal():
-            keys = [replace(key, many=False) for key in SECTIONS.get(section, ()) if key.many]
-        case _:
-            keys = ()
-    return next((key for key in keys if key.name == name and not key.many), None)
+    """The key of one value at a dotted path, which may be an item of a list; None where there is none."""
+    whole, _, number = path.rpartition(".")
+    key = key_at(whole if number.isdecimal() else path)
+    if key is None or key.many != number.isdecimal():
+        return None
+    return replace(key, many=False)
 
 
 def _unit(path: str) -> str:
