@@ -19,53 +19,46 @@ SMALLEST_STRETCH = 1e-12
 
 
 @kernel
-def update_generatrix_tension(fabric, generatrix, hoop, edge, lower, upper, columns):
-    """Update T11 of one row of generatrix edges. Eq. (2.9), e22 the mean of the four hoop edges around.
+def update_tension(fabric, edges, others, edge, lower, upper, count, stiffness, coupling, relax, width):
+    """Update the tension along a row of edges. Eq. (2.9), the elongation across the mean of the four other edges around.
 
-        upper  ──e22──┬──e22──
-                     T11 e11
-        lower  ──e22──┴──e22──
-
-    Reads generatrix.e, rate, inverse at offset edge; hoop.e at offsets lower, upper.
-    Writes generatrix.tension (N/m), force and elastic (N/m: edge force over edge length).
+    stiffness, coupling (N/m): of tension to the elongation along and across; relax: of wrinkles; width: unloaded, of an edge (m).
+    Reads edges.e, rate, inverse at offset edge; others.e before and at offsets lower, upper.
+    Writes edges.tension (N/m), force and elastic (N/m: edge force over edge length).
     """
-    widens = fabric.h2 * fabric.true_tension
-    for j in range(lanes(columns)):
+    widens = width * fabric.true_tension
+    for j in range(lanes(count)):
         c = edge + j
         a = lower + j
         b = upper + j
-        across = 0.25 * (hoop.e[a - ONE] + hoop.e[a] + hoop.e[b - ONE] + hoop.e[b])
-        across = max(across, -fabric.relax_1 * generatrix.e[c] - fabric.kept)
-        hooke = fabric.c11 * generatrix.e[c] + fabric.c12 * across
+        across = 0.25 * (others.e[a - ONE] + others.e[a] + others.e[b - ONE] + others.e[b])
+        across = max(across, -relax * edges.e[c] - fabric.kept)
+        hooke = stiffness * edges.e[c] + coupling * across
         elastic = max(hooke, fabric.residual * hooke)
-        tension = max(hooke + fabric.viscosity * generatrix.rate[c], min(elastic, 0.0) + fabric.floor)
-        per_length = (fabric.h2 + widens * across) * generatrix.inverse[c]
-        generatrix.tension[c] = tension
-        generatrix.force[c] = tension * per_length
-        generatrix.elastic[c] = elastic * per_length
+        tension = max(hooke + fabric.viscosity * edges.rate[c], min(elastic, 0.0) + fabric.floor)
+        per_length = (width + widens * across) * edges.inverse[c]
+        edges.tension[c] = tension
+        edges.force[c] = tension * per_length
+        edges.elastic[c] = elastic * per_length
+
+
+@kernel
+def update_generatrix_tension(fabric, generatrix, hoop, edge, lower, upper, columns):
+    """Update T11 of one row of generatrix edges, hoop edges of the rows lower and upper around; see update_tension.
+
+    upper  ──e22──┬──e22──
+                 T11 e11
+    lower  ──e22──┴──e22──
+    """
+    c11, c12, relax = fabric.c11, fabric.c12, fabric.relax_1
+    update_tension(fabric, generatrix, hoop, edge, lower, upper, columns, c11, c12, relax, fabric.h2)
 
 
 @kernel
 def update_hoop_tension(fabric, hoop, generatrix, edge, below, above, columns):
-    """Update T22 of the hoop edges from column -1 on. Eq. (2.9), e11 the mean of the four generatrix edges around.
-
-    Reads hoop.e, rate, inverse at offset edge; generatrix.e at offsets below, above (rows i-1/2, i+1/2).
-    Writes hoop.tension (N/m), force and elastic (N/m: edge force over edge length).
-    """
-    widens = fabric.h1 * fabric.true_tension
-    for j in range(lanes(columns + 1)):
-        c = edge + j - ONE
-        a = below + j
-        b = above + j
-        across = 0.25 * (generatrix.e[a - ONE] + generatrix.e[a] + generatrix.e[b - ONE] + generatrix.e[b])
-        across = max(across, -fabric.relax_2 * hoop.e[c] - fabric.kept)
-        hooke = fabric.c22 * hoop.e[c] + fabric.c21 * across
-        elastic = max(hooke, fabric.residual * hooke)
-        tension = max(hooke + fabric.viscosity * hoop.rate[c], min(elastic, 0.0) + fabric.floor)
-        per_length = (fabric.h1 + widens * across) * hoop.inverse[c]
-        hoop.tension[c] = tension
-        hoop.force[c] = tension * per_length
-        hoop.elastic[c] = elastic * per_length
+    """Update T22 of the hoop edges from column -1 on, generatrix edges of rows i-1/2, i+1/2 around; see update_tension."""
+    c22, c21, relax = fabric.c22, fabric.c21, fabric.relax_2
+    update_tension(fabric, hoop, generatrix, edge - ONE, below, above, columns + 1, c22, c21, relax, fabric.h1)
 
 
 @kernel
