@@ -29,7 +29,7 @@ body{margin:0 auto;padding:1rem;max-width:70rem;font:15px/1.45 system-ui,sans-se
 h1{font-size:1.4rem;margin:0 0 .3rem}h2{font-size:1.1rem;margin:2rem 0 .5rem}p{margin:.3rem 0}
 .answers{display:grid;grid-template-columns:repeat(auto-fit,minmax(12.5rem,1fr));gap:.6rem;margin-top:1rem}
 .answers div{background:var(--panel);border:1px solid var(--line);border-radius:6px;padding:.5rem .7rem}
-.answers b{display:block;font-size:1.15rem;white-space:nowrap}
+.answers b{display:block;font-size:1.15rem}
 .answers span,figcaption span,.note{color:var(--soft);font-size:.85rem}
 .bad b{color:var(--c2)}
 .charts{display:grid;grid-template-columns:repeat(auto-fit,minmax(min(100%,24rem),1fr));gap:1rem}
