@@ -44,7 +44,7 @@ def update_tension(fabric, edges, others, edge, lower, upper, count, stiffness, 
 
 @kernel
 def update_generatrix_tension(fabric, generatrix, hoop, edge, lower, upper, columns):
-    """Update T11 of one row of generatrix edges, hoop edges of the rows lower and upper around; see update_tension.
+    """Update T11 of one row of generatrix edges, Eq. (2.9), hoop edges of rows lower and upper around; see update_tension.
 
     upper  ──e22──┬──e22──
                  T11 e11
@@ -56,7 +56,7 @@ def update_generatrix_tension(fabric, generatrix, hoop, edge, lower, upper, colu
 
 @kernel
 def update_hoop_tension(fabric, hoop, generatrix, edge, below, above, columns):
-    """Update T22 of the hoop edges from column -1 on, generatrix edges of rows i-1/2, i+1/2 around; see update_tension."""
+    """Update T22 of the hoop edges from column -1 on, Eq. (2.9), generatrix edges of rows i-1/2, i+1/2; see update_tension."""
     c22, c21, relax = fabric.c22, fabric.c21, fabric.relax_2
     update_tension(fabric, hoop, generatrix, edge - ONE, below, above, columns + 1, c22, c21, relax, fabric.h1)
 
