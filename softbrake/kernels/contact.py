@@ -31,12 +31,16 @@ def allowed_place(contact, gap, x, y, z, new_x, new_y, new_z):
     The cover is a disc, met from both sides; the cargo a cylinder standing on it, met at its side and top. Which face a node
     meets is the one it crosses on its way from its old place, so what was outside stays outside.
 
+                    ┌───────┐           top: held a gap above
                     │ cargo │           side: moved out along the radius
              z = 0 ─┴───────┴─ cover    cover: held a gap above or below
     """
     side = 1.0 if z > 0.0 else -1.0
-    if contact.cargo and x * x + y * y < (contact.cargo_radius - gap) ** 2 and z < 0.5 * contact.cargo_height:
-        side = -1.0  # the cover moved a little otherwise than foreseen: nothing above it is here
+    top, from_above = contact.cargo_height, z > contact.cargo_height
+    if contact.cargo and x * x + y * y < (contact.cargo_radius - gap) ** 2 and not from_above:
+        # The cover moved a little otherwise than foreseen: nothing between it and the top is here, but what lies on them.
+        from_above = z >= 0.5 * top
+        side = 1.0 if from_above else -1.0
     along_side = False  # from above past the rim of a cargo as wide as the cover
     if contact.cover and side * new_z < gap:
         share = (z - side * gap) / (z - new_z) if side * z > gap else 0.0
@@ -45,11 +49,14 @@ def allowed_place(contact, gap, x, y, z, new_x, new_y, new_z):
         if across_x * across_x + across_y * across_y < contact.cover_radius**2:
             along_side = side > 0.0 and contact.cargo == 1 and contact.cargo_radius >= contact.cover_radius
             new_z = new_z if along_side else side * gap
-    if along_side or (contact.cargo and 0.0 < new_z < contact.cargo_height):
+    if along_side or (contact.cargo and 0.0 < new_z < top + gap):
         radius = sqrt(new_x * new_x + new_y * new_y)
         if radius < contact.cargo_radius:
-            if z >= contact.cargo_height:
-                new_z = contact.cargo_height
+            share = (z - top - gap) / (z - new_z) if z > top + gap else 0.0
+            across_x = x + share * (new_x - x)
+            across_y = y + share * (new_y - y)
+            if new_z > top or (from_above and across_x * across_x + across_y * across_y < contact.cargo_radius**2):
+                new_z = top + gap
             else:
                 outwards = contact.cargo_radius / max(radius, gap)
                 new_x *= outwards

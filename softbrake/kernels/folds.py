@@ -352,11 +352,12 @@ def merge_nodes(nodes, mass, blows, course, sheet, now, node, corners):
 
 @kernel
 def is_pressed(nodes, course, sheet, node):
-    """Return whether a node lies on the cover or at the side of the cargo."""
+    """Return whether a node lies on the cover, or on the cargo or at its side."""
     x, y, z = nodes.x[node], nodes.y[node], nodes.z[node] - course.next_cover
     on_cover = sheet.cover == 1 and abs(z) <= course.gap and x * x + y * y < sheet.cover_radius**2
-    beside = sheet.cargo == 1 and 0.0 < z < sheet.cargo_height and x * x + y * y <= ((1.0 + BESIDE) * sheet.cargo_radius) ** 2
-    return on_cover or beside
+    beside = x * x + y * y <= ((1.0 + BESIDE) * sheet.cargo_radius) ** 2
+    on_cargo = sheet.cargo == 1 and beside and 0.0 < z <= sheet.cargo_height + course.gap
+    return on_cover or on_cargo
 
 
 @kernel
