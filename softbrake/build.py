@@ -26,6 +26,7 @@ from softbrake.state import (
     Meridian,
     Model,
     Nodes,
+    Parting,
     Peak,
     Pressure,
     PressureLaw,
@@ -214,6 +215,8 @@ def with_room(folds: Folds) -> Folds:
 def build_sweep(model: Model) -> Sweep:
     """Return the scratch arrays of a step."""
     lanes, stride = _lanes(model.n2), model.stride
+    parted = model.contact.folds == 1 or model.lobes.below.size > 0
+    count, size = (model.n1 + 1, stride) if parted else (1, 1)
     return Sweep(
         generatrix=Edges(*_rows(2, stride, Edges._fields)),
         hoop=Edges(*_rows(3, stride, Edges._fields)),
@@ -229,6 +232,7 @@ def build_sweep(model: Model) -> Sweep:
         top_belt=Top(*_rows(1, lanes, Top._fields)),
         by_column=ByColumn(*_rows(1, lanes, ByColumn._fields)),
         by_row=_by_row(model),
+        parting=Parting(Nodes(*_rows(count, size, Nodes._fields)), Rows(*_rows(count, size, Rows._fields))),
     )
 
 

@@ -425,6 +425,13 @@ class ByColumn(NamedTuple):
     rate: Floats  # scratch between steps
 
 
+class Parting(NamedTuple):
+    """The shell before its lobes and folds were parted in the step; each of size 1 where neither is asked for, else (nodes,)."""
+
+    before: Nodes  # velocities at n-1/2; of the rows that were parted and their neighbours also the places at n
+    free: Rows  # m/s, velocities at n+1/2 without parting
+
+
 class Sweep(NamedTuple):
     """Scratch of one step, row by row; nothing in it outlives the step."""
 
@@ -442,3 +449,4 @@ class Sweep(NamedTuple):
     top_belt: Top
     by_column: ByColumn
     by_row: ByRow
+    parting: Parting

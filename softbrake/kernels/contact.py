@@ -154,9 +154,8 @@ def stop_row(nodes, jump, area, pressure, mean, work, by_column, step, mass, nod
 def jolt(nodes, work, by_column, a, j, mass, length, u, v, w):
     """Give node a of column j a jump of velocity (m/s) at n+1/2, after the step that pushed it.
 
-    For contact between rows, whose works are booked already. The gas is then booked to have pushed the node before contact
-    stopped it: both works are too large by the same, which falls with the step. Writes nodes, work.contact and
-    by_column.kinetic (J).
+    For contact between rows, whose works are booked already; add_jump_work and add_contact_work amend them. Writes nodes,
+    work.contact and by_column.kinetic (J).
     """
     gain = mass * (u * (nodes.u[a] + 0.5 * u) + v * (nodes.v[a] + 0.5 * v) + w * (nodes.w[a] + 0.5 * w))
     work.contact[j] += gain

@@ -90,12 +90,30 @@ def part_nodes(nodes, work, by_column, ground, lower, upper, j, mass_lower, mass
 
 
 @kernel
+def between(nodes, a, b, stride):
+    """Return the product (m^2) of the edges from the belt to M1 and M2, nodes a and b, and their squared lengths."""
+    belt_1, belt_2 = a + stride, b - stride
+    x1, y1, z1 = nodes.x[a] - nodes.x[belt_1], nodes.y[a] - nodes.y[belt_1], nodes.z[a] - nodes.z[belt_1]
+    x2, y2, z2 = nodes.x[b] - nodes.x[belt_2], nodes.y[b] - nodes.y[belt_2], nodes.z[b] - nodes.z[belt_2]
+    return x1 * x2 + y1 * y2 + z1 * z2, x1 * x1 + y1 * y1 + z1 * z1, x2 * x2 + y2 * y2 + z2 * z2
+
+
+@kernel
 def folded(nodes, a, b, stride):
     """Return whether the cloth at M1 and M2, nodes a and b, leaves the belt in directions less than a right angle apart."""
-    belt_1, belt_2 = a + stride, b - stride
-    across = (nodes.x[a] - nodes.x[belt_1]) * (nodes.x[b] - nodes.x[belt_2])
-    across += (nodes.y[a] - nodes.y[belt_1]) * (nodes.y[b] - nodes.y[belt_2])
-    return across + (nodes.z[a] - nodes.z[belt_1]) * (nodes.z[b] - nodes.z[belt_2]) > 0.0
+    return between(nodes, a, b, stride)[0] > 0.0
+
+
+@kernel
+def may_fold(nodes, lobes, stride, columns):
+    """Return whether cloth may be folded over a belt after the step: where it leaves one in directions less than 120° apart."""
+    some = 0
+    for k in range(lobes.below.size):
+        a, b = uint64(lobes.below[k]) * stride + FIRST, uint64(lobes.above[k]) * stride + FIRST
+        for j in range(uint64(columns)):
+            product, square_1, square_2 = between(nodes, a + j, b + j, stride)
+            some |= int(product > 0.0) | int(4.0 * product * product < square_1 * square_2)
+    return some > 0
 
 
 @kernel

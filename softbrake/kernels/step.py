@@ -18,6 +18,7 @@ from softbrake.kernels.fabric import (
 from softbrake.kernels.folds import part_shell, watch_shell, window_of
 from softbrake.kernels.geometry import clear_edges, clear_forces, update_area_vectors, update_edges
 from softbrake.kernels.jit import kernel
+from softbrake.kernels.jumps import add_jump_work, begin_parting, keep_free
 from softbrake.kernels.ledger import add_belt_work, add_cargo_work, add_cell_work, add_edge_work, add_shear_work, update_top
 from softbrake.kernels.lobes import part_lobes
 from softbrake.kernels.motion import close_edges, hold_row, lift_row, push_cargo, push_row, vertical_forces
@@ -31,11 +32,11 @@ FIRST = uint64(PAD)
 
 
 @kernel
-def sweep_rows(model, state, sweep, dt, length):
+def sweep_rows(model, state, sweep, dt, length, parting):
     """Advance fabric and cargo by one step, row by row from the ground up. Returns the cover's new height (m).
 
-    dt: from n-1/2 to n+1/2; length: from n to n+1 (s). A sector moves its share of the cargo; state.now has the whole shell's
-    forces.
+    dt: from n-1/2 to n+1/2; length: from n to n+1 (s); parting: whether lobes or folds may meet. A sector moves its share of the
+    cargo; state.now has the whole shell's forces.
 
     Row i needs its cells above and below, so the sweep keeps two rows of cells and three of hoop edges. Rows are pushed in
     place as soon as their forces are whole: their old places live on in the edges.
@@ -126,8 +127,10 @@ def sweep_rows(model, state, sweep, dt, length):
             if touching and any_above(heights, rising, step, node, n2):
                 press_row(nodes, force, area, on_nodes, mean, work, by_column, contact, step, mass[i], node, row, n2)
         else:
-            part_lobes(nodes, work, by_column, lobes, contact.ground, model.sector, mass, length, stride, n1, n2)  # (2.5)
-            if contact.folds == 1:
+            if parting:
+                keep_free(nodes, sweep.parting)
+                part_lobes(nodes, work, by_column, lobes, contact.ground, model.sector, mass, length, stride, n1, n2)  # (2.5)
+            if parting and contact.folds == 1:
                 part_shell(model, nodes, work, by_column, folds, step, touching)
             tension, gas = vertical_forces(force, area, on_nodes, n2)
             impulse = total(by_column.on_cargo, n2)
@@ -252,7 +255,10 @@ def advance(model, state, sweep, history, interval, most, until):
             if model.contact.folds == 1:
                 state.stable_step[0] = min(state.stable_step[0], fold_step(model, state, by_column) / model.courant)
         length, dt = begin_step(model, state)
-        height = sweep_rows(model, state, sweep, dt, length)
+        parting = begin_parting(model, state, sweep.parting)
+        height = sweep_rows(model, state, sweep, dt, length, parting)
+        if parting:
+            add_jump_work(model, state, sweep, dt, length)
         if state.steps[0] % interval == 0:
             record(history, rows, now)
             rows += 1

@@ -1,0 +1,172 @@
+"""Works over the jumps of velocity that part lobes and folds.
+
+Rows are pushed and their works booked before lobes and folds are parted, as if nothing were. The jumps belong to the same step:
+half of each is in the mean of the velocities at n-1/2 and n+1/2, over which gas, weight and tensions work. So here the rows that
+were parted are gone through once more, as they were at n, and the works over half the jumps are added. What the others do less
+against contact, contact takes less: its own work changes by the opposite of theirs. That of the ground is as the push left it.
+"""
+
+from numba import uint64
+
+from softbrake.kernels.fabric import (
+    update_belt_tension,
+    update_cell_tension,
+    update_generatrix_tension,
+    update_hoop_tension,
+    update_shear,
+)
+from softbrake.kernels.geometry import update_area_vectors, update_edges
+from softbrake.kernels.jit import kernel
+from softbrake.kernels.ledger import add_belt_work, add_cell_work, add_edge_work, add_shear_work
+from softbrake.kernels.lobes import may_fold
+from softbrake.kernels.motion import close_edges, close_row, hold_row, turn_row
+from softbrake.kernels.pressure import update_damped_pressure
+from softbrake.kernels.rows import lanes
+from softbrake.state import PAD, FoldCount, History, Scheme
+
+ONE = uint64(1)
+FIRST = uint64(PAD)
+
+
+@kernel
+def begin_parting(model, state, parting):
+    """Return whether lobes or folds may meet in the step, and if so keep the velocities at n-1/2. Writes parting.before."""
+    nodes, before = state.nodes, parting.before
+    due = model.contact.folds == 1 and state.folds.counts[FoldCount.DUE] == 1
+    if not due and not may_fold(nodes, model.lobes, uint64(model.stride), model.n2):
+        return False
+    for a in range(uint64(nodes.u.size)):
+        before.u[a] = nodes.u[a]
+        before.v[a] = nodes.v[a]
+        before.w[a] = nodes.w[a]
+    return True
+
+
+@kernel
+def keep_free(nodes, parting):
+    """Keep the velocities at n+1/2 before lobes and folds are parted. Writes parting.free."""
+    free = parting.free
+    for a in range(uint64(nodes.u.size)):
+        free.x[a] = nodes.u[a]
+        free.y[a] = nodes.v[a]
+        free.z[a] = nodes.w[a]
+
+
+@kernel
+def jumped(nodes, free, node, columns):
+    """Return whether a node of the row that starts with this one has another velocity than before the parting, free."""
+    some = 0
+    for a in range(node, node + uint64(columns)):
+        some |= int(nodes.u[a] != free.x[a]) | int(nodes.v[a] != free.y[a]) | int(nodes.w[a] != free.z[a])
+    return some > 0
+
+
+@kernel
+def find_jumps(nodes, free, n1, stride, columns):
+    """Return the first and the last free row that was parted; (n1, 0) where none was."""
+    first, last = 1, n1 - 1
+    while first < n1 and not jumped(nodes, free, uint64(first) * stride + FIRST, columns):
+        first += 1
+    if first == n1:
+        return n1, 0
+    while not jumped(nodes, free, uint64(last) * stride + FIRST, columns):
+        last -= 1
+    return first, last
+
+
+@kernel
+def return_row(nodes, before, start, stride, length):
+    """Write the places (m) at n of the row that starts there to before."""
+    for a in range(start, start + stride):
+        before.x[a] = nodes.x[a] - length * nodes.u[a]
+        before.y[a] = nodes.y[a] - length * nodes.v[a]
+        before.z[a] = nodes.z[a] - length * nodes.w[a]
+
+
+@kernel
+def halve_jumps(nodes, free, mean, sector, node, row, columns):
+    """Write half the jumps (m/s) of a row of nodes to mean at offset row. Reads nodes, free at offset node."""
+    for j in range(lanes(columns)):
+        a, c = node + j, row + j
+        mean.x[c] = 0.5 * (nodes.u[a] - free.x[a])
+        mean.y[c] = 0.5 * (nodes.v[a] - free.y[a])
+        mean.z[c] = 0.5 * (nodes.w[a] - free.z[a])
+    turn_row(mean.x, mean.y, sector, row, columns)
+    close_row(mean.z, row, columns)
+
+
+@kernel
+def add_node_work(area, pressure, mean, work, dt, weight, row, columns):
+    """Add the works of gas and weight (N) on a row of nodes over its mean velocities."""
+    for j in range(lanes(columns)):
+        b, c = FIRST + j, row + j
+        through = area.x[b] * mean.x[c] + area.y[b] * mean.y[c] + area.z[b] * mean.z[c]
+        work.pressure[j] += dt * pressure[j] * through
+        work.gravity[j] -= dt * weight * mean.z[c]
+
+
+@kernel
+def sum_works(work, sums, columns):
+    """Write the sum (J) of the works that jumps change, by column, to sums."""
+    for j in range(lanes(columns)):
+        sums[j] = work.pressure[j] + work.gravity[j] + work.elastic[j] + work.viscous[j] + work.belts[j]
+
+
+@kernel
+def add_jump_work(model, state, sweep, dt, length):
+    """Add what the parting of lobes and folds changed of the works of the step, after all rows are pushed.
+
+    dt: from n-1/2 to n+1/2; length: from n to n+1 (s). Reads state.nodes at n+1, now[PRESSURE] of n, sweep.parting. Writes
+    state.work; scratch in sweep, which it goes through as sweep_rows does.
+    """
+    n1, n2, stride, fabric, belts = model.n1, model.n2, uint64(model.stride), model.fabric, model.belts
+    nodes, work, pressure = state.nodes, state.work, state.now[History.PRESSURE]
+    before, free, sector = sweep.parting.before, sweep.parting.free, model.sector
+    first, last = find_jumps(nodes, free, n1, stride, n2)
+    if first > last:
+        return
+    g, h, belt, cells, mean, on_nodes = sweep.generatrix, sweep.hoop, sweep.belt, sweep.cells, sweep.mean, sweep.pressure
+    edge_scheme, shear, sums = model.scheme == Scheme.EDGE, fabric.g12 > 0.0, sweep.force.x
+    sum_works(work, sums, n2)
+    for i in range(first - 1, last + 2):
+        return_row(nodes, before, uint64(i) * stride, stride, length)
+    start = uint64((first - 1) % 3) * stride + FIRST
+    update_edges(before, h, uint64(first - 1) * stride + FIRST, ONE, start, n2, fabric.h2)  # (2.6)
+    close_edges(h, sector, start, n2)
+    for i in range(first - 1, last + 2):
+        node = uint64(i) * stride + FIRST
+        row, below = uint64(i % 2) * stride + FIRST, uint64((i + 1) % 2) * stride + FIRST
+        hoop, hoop_above = uint64(i % 3) * stride + FIRST, uint64((i + 1) % 3) * stride + FIRST
+        hoop_below = uint64((i + 2) % 3) * stride + FIRST
+        hold_row(mean, row, n2, 0.0)
+        if i <= last:
+            update_edges(before, h, node + stride, ONE, hoop_above, n2, fabric.h2)
+            close_edges(h, sector, hoop_above, n2)
+            update_edges(before, g, node, stride, row, n2, fabric.h1)
+            close_edges(g, sector, row, n2)
+            if edge_scheme:
+                update_generatrix_tension(fabric, g, h, row, hoop, hoop_above, n2)  # (2.9)
+            else:
+                update_cell_tension(fabric, g, h, cells, row, hoop, hoop_above, row, n2)
+            if shear:
+                update_shear(fabric, g, h, cells, row, hoop, hoop_above, row, n2)
+        if first <= i <= last:
+            halve_jumps(nodes, free, mean, sector, node, row, n2)
+            update_area_vectors(g, h, sweep.area, row, below, hoop, hoop_above, hoop_below, n2)  # (2.7)
+            if model.pressure.damping > 0.0:
+                update_damped_pressure(model.pressure, pressure, before, sweep.area, on_nodes, node, lanes(n2))  # (2.11)
+            add_node_work(sweep.area, on_nodes, mean, work, dt, model.gravity * model.mass[i], row, n2)
+            if edge_scheme:
+                update_hoop_tension(fabric, h, g, hoop, below, row, n2)
+            if belts.width[i] > 0.0:
+                update_belt_tension(belts, i, h, g, belt, hoop, below, row, n2)  # (2.3)
+                add_belt_work(belt, mean, work.belts, work.viscous, row, FIRST, dt, n2)
+        if i >= first and edge_scheme:
+            add_edge_work(g, h, mean, work.elastic, work.viscous, below, row, hoop, dt, n2)
+        if i >= first and not edge_scheme:
+            add_cell_work(g, h, cells, mean, work.elastic, work.viscous, below, hoop_below, hoop, below, below, row, dt, n2)
+        if i >= first and shear:
+            add_shear_work(g, h, cells, mean, work.elastic, below, hoop_below, hoop, below, below, row, dt, n2)
+    for j in range(lanes(n2)):
+        given = work.pressure[j] + work.gravity[j] + work.elastic[j] + work.viscous[j] + work.belts[j]
+        work.contact[j] -= given - sums[j]
