@@ -312,7 +312,7 @@ class Folds(NamedTuple):
 
 
 class Blows(NamedTuple):
-    """Where the impulses of folds are booked."""
+    """Where the impulses that part lobes and folds are booked."""
 
     contact: Floats  # J, work on the nodes, by column, or by node of a meridian
     kinetic: Floats  # J, energy of the nodes, likewise
@@ -401,7 +401,6 @@ class Meridian(NamedTuple):
     kinetic: Floats  # J
     contact: Floats  # J, scratch
     lift: Floats  # N s, of the ground on the node in the push
-    impulse: Floats  # N s, of the ground on it where lobes were parted
     by_row: ByRow
     area: Rows  # m^2, area vectors of the nodes outwards; node i at PAD + i
     belt_rows: Ints  # rows that carry a belt

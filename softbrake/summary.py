@@ -114,7 +114,7 @@ class Summary:
     peaks: dict[str, Peak]  # keys as the four fields above, where they are not None
     work: Work
     largest_penetration: float  # of folds into one another, over an unloaded cell
-    crossings: int  # how often a node was not kept from passing a face of another fold
+    crossings: int  # how often a node was not kept from passing a fold; not in steps that take half the cover's height
     energy_error: float  # residual of the work ledger over initial kinetic plus potential energy
     steps: int
     time_step: float  # s, mean

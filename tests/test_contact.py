@@ -124,13 +124,17 @@ def test_wall_thrown_at_the_cover() -> None:
     assert abs(drop.energy_error()) < 1e-12
 
 
-def test_nothing_in_the_cargo_in_a_whole_drop() -> None:
-    drop = touching("grid={generatrix: 18, hoop: 45}")
+@pytest.mark.parametrize(
+    ("parts", "grid", "every"), [("ground, cover, cargo", (18, 45), 10), ("ground, belts, cover, cargo", (24, 48), 1)]
+)
+def test_nothing_in_the_cargo_in_a_whole_drop(parts: str, grid: tuple[int, int], every: int) -> None:
+    """Also where lobes at a belt beside it are parted."""
+    drop = touching(f"contact=[{parts}]", f"grid={{generatrix: {grid[0]}, hoop: {grid[1]}}}", "time.courant=0.9")
     model, nodes = drop.model, drop.state.nodes
     outcome = Outcome.RUNNING
     pressed = 0
     while outcome == Outcome.RUNNING:
-        _, outcome = drop.advance(most=10)
+        _, outcome = drop.advance(most=every)
         if outcome != Outcome.RUNNING:  # moved back to the instant of impact, along chords
             break
         above = grid_view(nodes.z, model)[:-1] - drop.now(History.HEIGHT)

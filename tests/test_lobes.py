@@ -11,9 +11,10 @@ import softbrake
 from softbrake.build import build_model, build_state, build_sweep, grid_view
 from softbrake.drop import Drop
 from softbrake.kernels.contact import GAP, press_row, rub_row
-from softbrake.kernels.lobes import deviation, inward_normal
-from softbrake.kernels.motion import push_row
-from softbrake.state import PAD, Floats, History, Nodes, Outcome, Step
+from softbrake.kernels.folds import shell_sheet
+from softbrake.kernels.lobes import column_of, deviation, inward_normal, part_lobes, part_nodes
+from softbrake.kernels.motion import close_nodes, push_row
+from softbrake.state import PAD, Blows, Floats, History, Nodes, Outcome, Step
 
 pytestmark = pytest.mark.kernels
 
@@ -132,6 +133,68 @@ def test_lobes_at_a_belt_stay_apart(contact: str, apart: bool) -> None:
         assert drop.now(History.WORK_CONTACT) < -0.1 * energy
     else:
         assert nearest < -1e-3
+
+
+@pytest.mark.parametrize("twist", [0.064, 0.0])
+@pytest.mark.parametrize(("column", "around"), [(5, 1), (5, -1), (0, -1), (15, 1)])
+def test_lobe_that_strays_beside_the_place_where_it_touches(column: int, around: int, twist: float) -> None:
+    """Lobes that touch at one M, one of them twisted so that delta2 < 0 at N on the generatrix beside it (all of b11, b12, b22).
+
+    N2 there flies at N1, 16 mm apart, by 20 mm in the step, and they are kept apart; without the twist delta2 > 0, and they pass.
+    """
+    drop = groove("paper")
+    model, state, dt, beside = drop.model, drop.state, 1e-3, (column + around) % 16
+    z, w = (part.reshape(model.n1 + 1, model.stride) for part in (state.nodes.z, state.nodes.w))
+    w[:] = 0.0
+    for row, height in ((10, -0.02), (11, -1e-3), (12, 0.0), (13, 1e-3), (14, 0.02)):
+        z[row] = 0.3 + height
+    at, there = PAD + column, PAD + beside
+    z[11, at] = z[13, at] = 0.3
+    z[14, there], z[14, PAD + (column - around) % 16] = 0.3 - 0.004, 0.3 + 0.02 + twist
+    w[13, at], w[14, there] = -1e-3, -20.0
+    for row in range(10, 15):
+        close_nodes(state.nodes, model.sector, np.uint64(row * model.stride + PAD), model.n2)
+    z += dt * w
+    momentum = model.mass @ grid_view(state.nodes.w, model).sum(axis=1)
+    assert z[14, there] < z[10, there]
+    course = Step(dt=dt, length=dt, gravity=0.0, cover=0.6, next_cover=0.6, gap=GAP, sector=model.sector)
+    part_lobes(model, state.nodes, state.work, drop.sweep.by_column, state.folds, course, False)
+    assert z[13, at] - z[11, at] == pytest.approx(0.0, abs=1e-12)
+    assert model.mass @ grid_view(state.nodes.w, model).sum(axis=1) == pytest.approx(momentum, rel=1e-12)
+    if twist == 0.0:
+        assert w[14, there] == -20.0
+    else:
+        assert 0.0 < z[14, there] - z[10, there] < 1e-4
+        assert state.work.contact[beside] < 0.0
+
+
+def test_cargo_has_the_last_word_where_lobes_are_parted() -> None:
+    """A node 0.1 mm beside the cargo, on which another falls along the radius at 20 m/s: both are held at its side."""
+    drop = groove("[ground, belts, cover, cargo]")
+    model, state, dt = drop.model, drop.state, 1e-4
+    nodes, folds = state.nodes, state.folds
+    a, b = (np.uint64(row * model.stride + PAD) for row in (11, 13))
+    course = Step(dt=dt, length=dt, gravity=0.0, cover=0.1, next_cover=0.1, gap=GAP, sector=model.sector)
+    for node, radius, u in ((a, 0.2501, 0.0), (b, 0.2511, -20.0)):
+        nodes.x[node], nodes.y[node], nodes.z[node] = radius + dt * u, 0.0, 0.3
+        nodes.u[node], nodes.v[node], nodes.w[node] = u, 0.0, 0.0
+    blows = Blows(state.work.contact, drop.sweep.by_column.kinetic, folds.impulse, folds.stamp)
+    sheet, mass = shell_sheet(model, True), model.mass[11]
+    assert part_nodes(nodes, blows, course, sheet, a, b, 0, mass, mass, 1.0, 0.0, 0.0) == 1
+    for node in (a, b):
+        assert nodes.x[node] == pytest.approx(model.contact.cargo_radius, rel=1e-12)
+    assert nodes.u[a] == pytest.approx(-1.0, rel=1e-9)
+    assert nodes.w[a] == folds.impulse[0] == 0.0
+
+
+def test_columns_beyond_the_ends_of_a_sector() -> None:
+    """A vector at a copy, turned to the column that it copies, as the places are."""
+    case = softbrake.load_case(PAPER, ["model.fidelity=sector", "model.sector=6"])
+    model = build_model(case)
+    x, y, *_ = (part.reshape(model.n1 + 1, model.stride)[3] for part in build_state(case, model).nodes)
+    for column, real in ((-1, model.n2 - 1), (0, 0), (model.n2, 0)):
+        found = column_of(column, model.n2, model.sector, x[PAD + column], y[PAD + column])
+        assert found == pytest.approx((real, x[PAD + real], y[PAD + real]), abs=1e-15)
 
 
 def test_no_contact_at_the_belts_while_the_shell_is_open() -> None:

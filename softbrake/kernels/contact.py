@@ -151,15 +151,15 @@ def stop_row(nodes, jump, area, pressure, mean, work, by_column, step, mass, nod
 
 
 @kernel
-def jolt(nodes, work, by_column, a, j, mass, length, u, v, w):
-    """Give node a of column j a jump of velocity (m/s) at n+1/2, after the step that pushed it.
+def jolt(nodes, blows, a, slot, mass, length, u, v, w):
+    """Give node a a jump of velocity (m/s) at n+1/2, after the step that pushed it.
 
     For contact between rows, whose works are booked already; add_jump_work and add_contact_work amend them. Writes nodes,
-    work.contact and by_column.kinetic (J).
+    and the work (J) to a slot of blows.
     """
     gain = mass * (u * (nodes.u[a] + 0.5 * u) + v * (nodes.v[a] + 0.5 * v) + w * (nodes.w[a] + 0.5 * w))
-    work.contact[j] += gain
-    by_column.kinetic[j] += gain
+    blows.contact[slot] += gain
+    blows.kinetic[slot] += gain
     shift(nodes, a, length, u, v, w)
 
 

@@ -47,8 +47,7 @@ def part_shell(model, nodes, work, by_column, folds, course, touching):
     Reads model, course; touching: whether cover and cargo are in the way. Writes nodes, work.contact; by_column.kinetic,
     on_cargo, impulse; folds.
     """
-    edge = min(model.fabric.h1, model.fabric.h2)
-    sheet = sheet_of(model, model.n2, model.stride, PAD, 0.0, edge, touching, 0)
+    sheet = shell_sheet(model, touching)
     part_moved(nodes, model.mass, work.contact, by_column.kinetic, folds, course, sheet)
     by_column.on_cargo[0] += folds.impulse[0]
     by_column.impulse[0] += folds.impulse[1]
@@ -60,10 +59,23 @@ def part_meridian(model, nodes, meridian, folds, course):
 
     Reads model, course. Writes nodes, folds, with the impulses on cargo and ground in folds.impulse; add_contact_work books them.
     """
-    contact = model.contact
-    touching = (contact.cover == 1 or contact.cargo == 1) and course.next_cover > 0.0
-    sheet = sheet_of(model, 1, 1, 0, 0.5 * model.fabric.h1, model.fabric.h1, touching, contact.axis)
+    sheet = meridian_sheet(model, course)
     part_moved(nodes, model.mass, meridian.contact, meridian.kinetic, folds, course, sheet)
+
+
+@kernel
+def shell_sheet(model, touching):
+    """Return the Sheet of a shell; touching: whether cover and cargo are in the way."""
+    edge = min(model.fabric.h1, model.fabric.h2)
+    return sheet_of(model, model.n2, model.stride, PAD, 0.0, edge, touching, 0)
+
+
+@kernel
+def meridian_sheet(model, course):
+    """Return the Sheet of a meridian in the step."""
+    contact, edge = model.contact, model.fabric.h1
+    touching = (contact.cover == 1 or contact.cargo == 1) and course.next_cover > 0.0
+    return sheet_of(model, 1, 1, 0, 0.5 * edge, edge, touching, contact.axis)
 
 
 @kernel
@@ -375,7 +387,7 @@ def push_node(nodes, mass, blows, course, sheet, now, node, pu, pv, pw):
         m = mass[row]
         slot = row if sheet.columns == 1 else column
         blows.stamp[node] = now
-        jolt(nodes, blows, blows, node, slot, m, course.length, pu / m, pv / m, pw / m)
+        jolt(nodes, blows, node, slot, m, course.length, pu / m, pv / m, pw / m)
         low = nodes.z[node] < sheet.ground or (sheet.axis == 1 and nodes.x[node] < GAP)
         high = max(nodes.z[node] - course.next_cover, nodes.z[node] - course.length * nodes.w[node] - course.cover) > -course.gap
         if low or high:
@@ -396,13 +408,13 @@ def hold_node(nodes, blows, course, sheet, node, slot, mass):
     new_x, new_y, new_z = allowed_place(sheet, course.gap, old_x, old_y, old_z, x, y, z)
     if new_x != x or new_y != y or new_z != z:
         rise = (new_z - z) / length
-        jolt(nodes, blows, blows, node, slot, mass, length, (new_x - x) / length, (new_y - y) / length, rise)
+        jolt(nodes, blows, node, slot, mass, length, (new_x - x) / length, (new_y - y) / length, rise)
         blows.impulse[0] -= mass * rise
     if sheet.axis == 1 and nodes.x[node] < GAP:
-        jolt(nodes, blows, blows, node, slot, mass, length, (GAP - nodes.x[node]) / length, 0.0, 0.0)
+        jolt(nodes, blows, node, slot, mass, length, (GAP - nodes.x[node]) / length, 0.0, 0.0)
     if nodes.z[node] < sheet.ground:
         rise = (sheet.ground - nodes.z[node]) / length
-        jolt(nodes, blows, blows, node, slot, mass, length, 0.0, 0.0, rise)
+        jolt(nodes, blows, node, slot, mass, length, 0.0, 0.0, rise)
         blows.impulse[1] += mass * rise
 
 

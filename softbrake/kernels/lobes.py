@@ -5,9 +5,10 @@ from math import sqrt
 from numba import uint64
 
 from softbrake.kernels.contact import GAP, jolt
+from softbrake.kernels.folds import hold_node, meridian_sheet, shell_sheet
 from softbrake.kernels.jit import kernel
 from softbrake.kernels.motion import close_nodes
-from softbrake.state import PAD
+from softbrake.state import PAD, Blows
 
 ONE = uint64(1)
 FIRST = uint64(PAD)
@@ -35,7 +36,7 @@ def inward_normal(nodes, node, stride):
 def deviation(nodes, node, stride, rows, columns):
     """Return delta = I2/2 (m): how far the cloth rises from its tangent plane at M towards the gas, at N. (2.5), Fig. 3.
 
-    I2 = b11 da1^2 + 2 b12 da1 da2 + b22 da2^2 with b_ik = m r_ik by central differences; N is rows up and columns around.
+    I2 = b11 da1^2 + 2 b12 da1 da2 + b22 da2^2 with b_ik = m r_ik by central differences; N is so many rows up, columns around.
 
                     m
                     ↑     N      P: foot of N on the tangent plane
@@ -64,12 +65,13 @@ def along(nodes, node, mx, my, mz):
 
 
 @kernel
-def part_nodes(nodes, work, by_column, ground, lower, upper, j, mass_lower, mass_upper, length, cx, cy, cz):
+def part_nodes(nodes, blows, course, sheet, lower, upper, slot, mass_lower, mass_upper, cx, cy, cz):
     """Keep two nodes apart along a unit vector c from the lower to the upper one. Returns 1 if they touch, else 0.
 
-    What was a gap apart stays so, what was nearer comes no nearer: resting is always allowed, so no energy arises. The ground (m)
-    has the last word.
+    What was a gap apart stays so, what was nearer comes no nearer: resting is always allowed, so no energy arises. Ground, cover
+    and cargo have the last word. Writes nodes, blows, works to its slot.
     """
+    length = course.length
     apart = along(nodes, upper, cx, cy, cz) - along(nodes, lower, cx, cy, cz)
     closing = length * (
         cx * (nodes.u[lower] - nodes.u[upper]) + cy * (nodes.v[lower] - nodes.v[upper]) + cz * (nodes.w[lower] - nodes.w[upper])
@@ -78,14 +80,10 @@ def part_nodes(nodes, work, by_column, ground, lower, upper, j, mass_lower, mass
     if missing < 0.0:
         return 0
     impulse = missing / (length * (1.0 / mass_lower + 1.0 / mass_upper))
-    down, up = -impulse / mass_lower, impulse / mass_upper
-    jolt(nodes, work, by_column, lower, j, mass_lower, length, down * cx, down * cy, down * cz)
-    jolt(nodes, work, by_column, upper, j, mass_upper, length, up * cx, up * cy, up * cz)
-    for node, mass in ((lower, mass_lower), (upper, mass_upper)):
-        if nodes.z[node] < ground:
-            rise = (ground - nodes.z[node]) / length
-            by_column.impulse[j] += mass * rise
-            jolt(nodes, work, by_column, node, j, mass, length, 0.0, 0.0, rise)
+    for node, mass, way in ((lower, mass_lower, -1.0), (upper, mass_upper, 1.0)):
+        change = way * impulse / mass
+        jolt(nodes, blows, node, slot, mass, length, change * cx, change * cy, change * cz)
+        hold_node(nodes, blows, course, sheet, node, slot, mass)
     return 1
 
 
@@ -126,28 +124,34 @@ def any_folded(nodes, a, b, stride, columns):
 
 
 @kernel
-def part_lobes(nodes, work, by_column, lobes, ground, sector, mass, length, stride, n1, columns):
+def part_lobes(model, nodes, work, by_column, folds, course, touching):
     """Keep the sub-regions G1 below and G2 above each belt out of one another. Condition (2.5).
 
-    Where the lobes fold over the belt, their normals m1, m2 are opposed and the rows M1, M2 next to the belt may meet: they are
-    kept apart along m2 - m1. Where they touch, the rows N1, N2 beyond them must deviate to their own sides, delta1 > 0 and
-    delta2 > 0; where one does not, N1 and N2 are kept apart as well. Lobes that meet further out are not seen: those are folds.
+    Where the lobes fold over the belt, their normals m1, m2 are opposed, and the rows M1, M2 next to the belt may meet: they are
+    kept apart along m2 - m1. Where they touch, N1 and N2 beyond them, on the same generatrix and on those beside it, must deviate
+    to their own sides, delta1 > 0 and delta2 > 0; where one does not, N1 and N2 are kept apart as well. Lobes that meet further
+    out are not seen: those are folds.
 
            N1 ── M1 ┐      gas below, m1 downwards
                     B      belt
            N2 ── M2 ┘      gas above, m2 upwards
 
-    Reads lobes; ground (m); mass (kg), (n1+1,). Writes nodes, work.contact.
+    Reads model, course; touching: whether cover and cargo are in the way. Writes nodes, work.contact; by_column.kinetic,
+    on_cargo, impulse; folds.impulse.
     """
+    stride, columns, mass, lobes = uint64(model.stride), model.n2, model.mass, model.lobes
+    sheet = shell_sheet(model, touching)
+    folds.impulse[0] = 0.0
+    folds.impulse[1] = 0.0
+    blows = Blows(work.contact, by_column.kinetic, folds.impulse, folds.stamp)
     for k in range(lobes.below.size):
         row_1, row_2 = lobes.below[k], lobes.above[k]
         start_1, start_2 = uint64(row_1) * stride + FIRST, uint64(row_2) * stride + FIRST
         if not any_folded(nodes, start_1, start_2, stride, columns):
             continue
         moved = 0
-        loose = row_1 > 1 and row_2 < n1 - 1  # N1 and N2 are free as well
-        for j in range(uint64(columns)):
-            a, b = start_1 + j, start_2 + j
+        for j in range(columns):
+            a, b = start_1 + uint64(j), start_2 + uint64(j)
             if not folded(nodes, a, b, stride):
                 continue
             x1, y1, z1 = inward_normal(nodes, a, stride)
@@ -157,25 +161,46 @@ def part_lobes(nodes, work, by_column, lobes, ground, sector, mass, length, stri
                 continue
             scale = 1.0 / sqrt(square)
             cx, cy, cz = scale * (x2 - x1), scale * (y2 - y1), scale * (z2 - z1)
-            touch = part_nodes(nodes, work, by_column, ground, a, b, j, mass[row_1], mass[row_2], length, cx, cy, cz)
+            touch = part_nodes(nodes, blows, course, sheet, a, b, j, mass[row_1], mass[row_2], cx, cy, cz)
             moved += touch
-            if touch > 0 and loose and min(deviation(nodes, a, stride, -1.0, 0.0), deviation(nodes, b, stride, 1.0, 0.0)) <= 0.0:
-                a, b = a - stride, b + stride
-                part_nodes(nodes, work, by_column, ground, a, b, j, mass[row_1 - 1], mass[row_2 + 1], length, cx, cy, cz)
+            if touch == 0 or row_1 == 1 or row_2 == model.n1 - 1:  # N1 or N2 is held
+                continue
+            for around in range(-1, 2):
+                if min(deviation(nodes, a, stride, -1.0, around), deviation(nodes, b, stride, 1.0, around)) <= 0.0:
+                    column, nx, ny = column_of(j + around, columns, model.sector, cx, cy)
+                    c, d = start_1 - stride + uint64(column), start_2 + stride + uint64(column)
+                    part_nodes(nodes, blows, course, sheet, c, d, column, mass[row_1 - 1], mass[row_2 + 1], nx, ny, cz)
         if moved > 0:
-            close_nodes(nodes, sector, start_1, columns)
-            close_nodes(nodes, sector, start_2, columns)
-            close_nodes(nodes, sector, start_1 - stride, columns)
-            close_nodes(nodes, sector, start_2 + stride, columns)
+            close_nodes(nodes, model.sector, start_1, columns)
+            close_nodes(nodes, model.sector, start_2, columns)
+            close_nodes(nodes, model.sector, start_1 - stride, columns)
+            close_nodes(nodes, model.sector, start_2 + stride, columns)
+    by_column.on_cargo[0] += folds.impulse[0]
+    by_column.impulse[0] += folds.impulse[1]
 
 
 @kernel
-def part_meridian_lobes(nodes, meridian, lobes, ground, mass, length, n1):
-    """Keep the lobes of the axisymmetric shell apart at each belt, as part_lobes does. Condition (2.5). Books nothing.
+def column_of(column, columns, sector, x, y):
+    """Return a column, and a vector level there: beyond either end of the row those that it copies, turned with them."""
+    if column < 0:
+        return column + columns, sector.cos * x - sector.sin * y, sector.cos * y + sector.sin * x
+    if column == columns:
+        return 0, sector.cos * x + sector.sin * y, sector.cos * y - sector.sin * x
+    return column, x, y
 
-    Writes nodes, meridian.impulse (N s). Returns whether any were kept.
+
+@kernel
+def part_meridian_lobes(model, nodes, meridian, folds, course):
+    """Keep the lobes of the axisymmetric shell apart at each belt, as part_lobes does. Condition (2.5).
+
+    Where all columns are alike b12 is zero; N on the generatrices beside M deviates by b22 more. Writes nodes, folds.impulse;
+    add_contact_work books them. Returns whether any were kept.
     """
-    moved = 0
+    mass, lobes, moved = model.mass, model.lobes, 0
+    folds.impulse[0] = 0.0
+    folds.impulse[1] = 0.0
+    sheet = meridian_sheet(model, course)
+    blows = Blows(meridian.contact, meridian.kinetic, folds.impulse, folds.stamp)
     for k in range(lobes.below.size):
         a, b = uint64(lobes.below[k]), uint64(lobes.above[k])
         if not folded(nodes, a, b, ONE):
@@ -186,11 +211,15 @@ def part_meridian_lobes(nodes, meridian, lobes, ground, mass, length, n1):
         if square <= 2.0:
             continue
         cx, cz = (x2 - x1) / sqrt(square), (z2 - z1) / sqrt(square)
-        touch = part_nodes(nodes, meridian, meridian, ground, a, b, a, mass[a], mass[b], length, cx, 0.0, cz)
+        touch = part_nodes(nodes, blows, course, sheet, a, b, a, mass[a], mass[b], cx, 0.0, cz)
         moved |= touch
-        if touch > 0 and a > 1 and b < n1 - 1 and min(bend(nodes, a, ONE, x1, 0.0, z1), bend(nodes, b, ONE, x2, 0.0, z2)) <= 0.0:
-            a, b = a - ONE, b + ONE
-            part_nodes(nodes, meridian, meridian, ground, a, b, a, mass[a], mass[b], length, cx, 0.0, cz)
+        if touch > 0 and a > 1 and b < model.n1 - 1:
+            rise = 2.0 * (model.sector.cos - 1.0)
+            least_1 = bend(nodes, a, ONE, x1, 0.0, z1) + min(rise * x1 * nodes.x[a], 0.0)
+            least_2 = bend(nodes, b, ONE, x2, 0.0, z2) + min(rise * x2 * nodes.x[b], 0.0)
+            if min(least_1, least_2) <= 0.0:
+                a, b = a - ONE, b + ONE
+                part_nodes(nodes, blows, course, sheet, a, b, a, mass[a], mass[b], cx, 0.0, cz)
     return moved
 
 

@@ -56,12 +56,13 @@ def sweep_meridian(model, state, meridian, dt, length):
     impulse = 0.0
     if near != 0:
         impulse = press_meridian(nodes, meridian, contact, step, mass, n1)
-    moved |= part_meridian_lobes(nodes, meridian, model.lobes, contact.ground, mass, length, n1)  # (2.5)
-    lift = 0.0
+    moved |= part_meridian_lobes(model, nodes, meridian, state.folds, step)  # (2.5)
+    impulse += state.folds.impulse[0]
+    lift = state.folds.impulse[1]
     if contact.folds == 1 and state.folds.counts[FoldCount.DUE] == 1:
         part_meridian(model, nodes, meridian, state.folds, step)
         impulse += state.folds.impulse[0]
-        lift = state.folds.impulse[1]
+        lift += state.folds.impulse[1]
         moved = 1
     if moved != 0:
         add_contact_work(nodes, meridian, work, step, mass, n1)
@@ -216,7 +217,6 @@ def push_meridian(fabric, nodes, meridian, work, contact, step, mass, side, n1):
         meridian.mean_w[i] = mean_w
         meridian.free_u[i] = new_u
         meridian.free_w[i] = new_w
-        meridian.impulse[i] = 0.0
         new_x = x[i] + length * new_u
         new_z = max(z[i] + length * new_w, ground)
         near |= int(new_z > highest) | int(z[i] > highest_before) | int(new_x < least)
@@ -344,7 +344,7 @@ def book_forces(now, meridian, columns, dt, n1):
     for i in range(uint64(n1)):
         largest_1 = max(largest_1, meridian.tension_1[i])
         largest_2 = max(largest_2, meridian.tension_2[i])
-        lift += meridian.lift[i] + meridian.impulse[i]
+        lift += meridian.lift[i]
         area -= min(meridian.area.z[FIRST + i], 0.0) if meridian.lift[i] > 0.0 else 0.0
     for k in range(meridian.belt_rows.size):
         largest_belt = max(largest_belt, meridian.belt_tension[meridian.belt_rows[k]])

@@ -48,7 +48,7 @@ def sweep_rows(model, state, sweep, dt, length, parting):
     g, h, belt, cells, mean, on_nodes = sweep.generatrix, sweep.hoop, sweep.belt, sweep.cells, sweep.mean, sweep.pressure
     force, force_above, area = sweep.force, sweep.force_above, sweep.area
     top_1, top_2, top_belt, by_column = sweep.top_generatrix, sweep.top_hoop, sweep.top_belt, sweep.by_column
-    heights, rising, lobes = nodes.z, nodes.w, model.lobes
+    heights, rising = nodes.z, nodes.w
     elastic, viscous, elastic_belts = work.elastic, work.viscous, work.belts
     edge_scheme = model.scheme == Scheme.EDGE
     shear = fabric.g12 > 0.0
@@ -129,7 +129,7 @@ def sweep_rows(model, state, sweep, dt, length, parting):
         else:
             if parting:
                 keep_free(nodes, sweep.parting)
-                part_lobes(nodes, work, by_column, lobes, contact.ground, model.sector, mass, length, stride, n1, n2)  # (2.5)
+                part_lobes(model, nodes, work, by_column, folds, step, touching)  # (2.5)
             if parting and contact.folds == 1:
                 part_shell(model, nodes, work, by_column, folds, step, touching)
             tension, gas = vertical_forces(force, area, on_nodes, n2)
