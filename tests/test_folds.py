@@ -12,6 +12,7 @@ from softbrake.build import build_folds, grid_view, with_room
 from softbrake.drop import Drop
 from softbrake.kernels.folds import CUSHION, part_moved
 from softbrake.kernels.meet import NEVER, crossing_of_triangle, nearest_on_face
+from softbrake.kernels.motion import close_nodes
 from softbrake.kernels.near import find_pairs
 from softbrake.kernels.step import fold_step
 from softbrake.state import PAD, Floats, FoldCount, History, Nodes, Outcome, Sector, Sheet, Step
@@ -243,26 +244,33 @@ def bellows(pleats: int, depth: int, height: float) -> Floats:
 
 @pytest.mark.parametrize("seed", range(3))
 def test_bellows_pressed_flat(seed: int) -> None:
-    """A meridian in pleats between ground and cover, shaken at random: no segments ever cross, to a tenth of its height."""
+    """A meridian in pleats between ground and cover, shaken at random: no segments ever cross, to a tenth of its height.
+
+    In no step does contact give more energy than the cover, moving down, works on the cloth.
+    """
     random = np.random.default_rng(seed)
     places = bellows(6, 4, 12 * EDGE)
     walls = (0.0, 1, 1.0, 0, 1.0, inf, 0)
     cloth = Cloth(places, np.zeros_like(places), walls, seed_mass=seed)
-    length, met = 2e-5, 0
+    length, met, lost = 2e-5, 0, 0.0
     while cloth.cover > 0.1 * 12 * EDGE:
         shaken = cloth.velocities
         shaken[1:-1, 0, ::2] += 0.5 * random.standard_normal((cloth.n1 - 1, 2))
         shaken[1:-1, 0] *= 0.99
         cloth.set(cloth.places, shaken)
         cover = -min(5.0, cloth.cover / (20 * length))
+        taken, pushed = cloth.contact.sum(), cloth.impulse[0]
         _, after = cloth.move(length, cover)
+        gain = cloth.contact.sum() - taken + (cloth.impulse[0] - pushed) * cover
+        assert gain <= 1e-12
+        lost -= gain
         assert meridian_crossings(after[:, 0, ::2]) == []
         assert (after[1:-1, 0, 2] >= 0.0).all() and (after[1:-1, 0, 2] < cloth.cover).all()
         assert (after[:, 0, 1] == 0.0).all()
         met += int(cloth.folds.counts[FoldCount.PASSES] > 0)
     assert met > 100
+    assert lost > cloth.energy()
     assert cloth.folds.counts[FoldCount.PIERCED] == 0
-    assert cloth.folds.penetration[0] < 0.01
 
 
 def test_bellows_without_contact_cross() -> None:
@@ -401,14 +409,17 @@ def pierced(falling: Drop, every: int) -> tuple[int, Outcome]:
 
 
 def test_folds_of_a_whole_drop() -> None:
-    """Against the slow twin, beside the same drop without contact of folds: undamped, it crumples, and passes are not for ever.
+    """Against the slow twin in every 20th step, beside the same drop without contact of folds: undamped, it crumples.
+
+    Passes are not for ever: a few nodes are booked as crossing in the whole drop, none is found otherwise.
 
     The ledger is closed, and contact only takes.
     """
     falling, without = drop(*CRUSH), drop(*CRUSH, folds=False)
     count, outcome = pierced(falling, 20)
     assert outcome == Outcome.IMPACT
-    assert count < 0.25 * pierced(without, 20)[0]
+    assert count <= falling.state.folds.counts[FoldCount.PIERCED] <= 10
+    assert pierced(without, 20)[0] > count
     assert falling.state.folds.penetration[0] < 0.05
     assert falling.state.folds.counts[FoldCount.PASSES] > 100
     assert abs(falling.energy_error()) < 1e-11
@@ -444,7 +455,7 @@ def meridian_of(falling: Drop) -> Floats:
 
 @pytest.mark.parametrize("overrides", [("belts.count=0",), (), ("fabric.viscosity=0.02", "cargo.diameter=0.3 m")])
 def test_no_meridian_crosses_itself_in_a_whole_drop(overrides: tuple[str, ...]) -> None:
-    """Each recorded step, by exact signs of areas; without contact of folds the belted one does."""
+    """Every tenth step, by exact signs of areas; without contact of folds the belted one does."""
     for folds in (True, False):
         parts = "full" if folds else "[ground, cover, cargo, axis]"
         case = softbrake.load_case(
@@ -511,6 +522,46 @@ def test_meridian_thrown_at_the_cover_and_the_axis(u: float, w: float) -> None:
     assert falling.now(History.WORK_CONTACT) < 0.0
     assert abs(falling.energy_error()) < 1e-12
     assert meridian_thrown(u, w, folds=False)[0] > 0
+
+
+@pytest.mark.parametrize("folds", [True, False])
+def test_shell_thrown_at_the_cover(folds: bool) -> None:
+    """Slack, narrowed below the cover, at 20 m/s upwards and inwards, and shaken: no node passes a face or the cover.
+
+    By the slow twin in every step; without contact of folds nodes pass. Contact only takes energy, over a few steps at least.
+    """
+    still = ("pressure.value=0", "belts.count=0", "gravity=0", "cargo.velocity=0.1 m/s", "fabric.E=0.1 kN/m")
+    falling = drop(*still, "grid={generatrix: 12, hoop: 16}", "time.end=15 ms", folds=folds)
+    model, nodes, state = falling.model, falling.state.nodes, falling.state
+    random = np.random.default_rng(2)
+    for part in nodes[:2]:
+        grid_view(part, model)[6:-1] *= 0.9
+    inwards = [-20.0 * grid_view(part, model)[1:-1] / model.radius for part in nodes[:2]]
+    for part, speed in zip(nodes[3:], (*inwards, 20.0), strict=True):
+        grid_view(part, model)[1:-1] = speed + 10.0 * random.standard_normal((model.n1 - 1, model.n2))
+    for row in range(model.n1 + 1):
+        close_nodes(nodes, model.sector, np.uint64(row * model.stride + PAD), model.n2)
+    squares = sum((grid_view(part, model)[1:-1] ** 2).sum(axis=1) for part in nodes[3:])
+    moving = model.cargo_mass + model.n2 * model.mass[-1]
+    state.now[History.KINETIC_ENERGY] = state.kinetic_start[0] = 0.5 * (model.mass[1:-1] @ squares + moving * 0.1**2)
+    passed, outcome, contact = 0, Outcome.RUNNING, 0.0
+    while outcome == Outcome.RUNNING:
+        before = places_of(falling)
+        _, outcome = falling.advance(most=1)
+        places = places_of(falling)
+        passed += len(crossings(before, places))
+        inside = np.hypot(places[:-1, :, 0], places[:-1, :, 1]) < model.contact.cover_radius - 1e-6
+        assert (places[:-1, :, 2][inside] < falling.now(History.HEIGHT)).all()
+        assert falling.now(History.WORK_CONTACT) <= contact + 1e-5 * state.kinetic_start[0]
+        contact = falling.now(History.WORK_CONTACT)
+    assert outcome == Outcome.TIME_LIMIT
+    assert contact < -0.02 * state.kinetic_start[0]
+    assert abs(falling.energy_error()) < 1e-12
+    if folds:
+        assert passed == state.folds.counts[FoldCount.PIERCED] == 0
+        assert state.folds.counts[FoldCount.PASSES] > 200
+    else:
+        assert passed > 0
 
 
 def test_momentum_changes_by_gravity_and_ground_only() -> None:
