@@ -80,7 +80,7 @@ def test_normal_points_to_the_gas() -> None:
     assert normal == pytest.approx((-cos(angle), -sin(angle), 0.0), abs=1e-12)
 
 
-def groove(contact: str) -> Drop:
+def groove(contact: str, *others: str) -> Drop:
     """A shell whose lobes fold over the belt in the middle and fly at each other, the upper one at 10 m/s, the lower at 4."""
     drop = Drop(
         softbrake.load_case(
@@ -93,6 +93,7 @@ def groove(contact: str) -> Drop:
                 "gravity=0",
                 "cargo.velocity=0.1 m/s",
                 "fabric.E=1 N/m",
+                *others,
             ],
         )
     )
@@ -195,6 +196,31 @@ def test_columns_beyond_the_ends_of_a_sector() -> None:
     for column, real in ((-1, model.n2 - 1), (0, 0), (model.n2, 0)):
         found = column_of(column, model.n2, model.sector, x[PAD + column], y[PAD + column])
         assert found == pytest.approx((real, x[PAD + real], y[PAD + real]), abs=1e-15)
+
+
+@pytest.mark.parametrize("scheme", ["edge", "cell"])
+def test_contact_works_its_impulses_times_the_mean_velocity(scheme: str) -> None:
+    """Of the velocities at n-1/2 and n+1/2, with gas, its damping, weight, viscous, sheared and belted cloth at work beside it."""
+    law = ("fabric.E=1 kN/m", "fabric.G12=50", "fabric.viscosity=0.5", "belts.layers=3", f"model.scheme={scheme}")
+    drop = groove("paper", *law, "pressure.value=5 kPa", "pressure.damping=0.01", "gravity=9.8 m/s^2", "time.courant=0.5")
+    model, state, met = drop.model, drop.state, 0
+    state.kinetic_start[0] = 1e6  # J: what is stretched at the start is no divergence
+    free = drop.sweep.parting.free  # type: ignore[union-attr]
+    mass = model.mass[1:-1, None]
+
+    def velocities(parts: tuple[Floats, ...]) -> Floats:
+        return np.stack([grid_view(part, model)[1:-1].copy() for part in parts])
+
+    for _ in range(60):
+        old, worked = velocities(state.nodes[3:]), drop.now(History.WORK_CONTACT)
+        assert drop.advance(most=1)[1] == Outcome.RUNNING
+        new = velocities(state.nodes[3:])
+        jumps = new - velocities(tuple(free))
+        work = float((mass * jumps * 0.5 * (old + new)).sum())
+        met += work != 0.0
+        assert drop.now(History.WORK_CONTACT) - worked == pytest.approx(work, rel=1e-9, abs=1e-12)
+    assert met > 10
+    assert drop.now(History.WORK_GROUND) == 0.0
 
 
 def test_no_contact_at_the_belts_while_the_shell_is_open() -> None:
