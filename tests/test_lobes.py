@@ -200,10 +200,15 @@ def test_columns_beyond_the_ends_of_a_sector() -> None:
 
 @pytest.mark.parametrize("scheme", ["edge", "cell"])
 def test_contact_works_its_impulses_times_the_mean_velocity(scheme: str) -> None:
-    """Of the velocities at n-1/2 and n+1/2, with gas, its damping, weight, viscous, sheared and belted cloth at work beside it."""
+    """Those of n-1/2 and n+1/2, with gas, its damping, weight, viscous, sheared and belted cloth at work beside it."""
     law = ("fabric.E=1 kN/m", "fabric.G12=50", "fabric.viscosity=0.5", "belts.layers=3", f"model.scheme={scheme}")
     drop = groove("paper", *law, "pressure.value=5 kPa", "pressure.damping=0.01", "gravity=9.8 m/s^2", "time.courant=0.5")
     model, state, met = drop.model, drop.state, 0
+    random = np.random.default_rng(4)
+    for part in state.nodes[:2]:
+        grid_view(part, model)[1:-1] += 2e-3 * random.standard_normal((model.n1 - 1, model.n2))
+    for row in range(1, model.n1):
+        close_nodes(state.nodes, model.sector, np.uint64(row * model.stride + PAD), model.n2)
     state.kinetic_start[0] = 1e6  # J: what is stretched at the start is no divergence
     free = drop.sweep.parting.free  # type: ignore[union-attr]
     mass = model.mass[1:-1, None]
