@@ -558,12 +558,17 @@ class _CaseChecker(Checker):
 
 
 def auto_courant(shell: Shell, fabric: Fabric, grid: Grid) -> float:
-    """Courant coefficient that is safe for the damping ratio of the grid's shortest waves, viscosity/(h sqrt(E density))."""
+    """Courant coefficient that is safe for the damping ratio of the grid's shortest waves."""
+    ratio = damping_ratio(shell, fabric, grid)
+    return next(courant for least, courant in AUTO_COURANT if ratio >= least)
+
+
+def damping_ratio(shell: Shell, fabric: Fabric, grid: Grid) -> float:
+    """Damping ratio of the grid's shortest waves, viscosity/(h sqrt(E density))."""
     density = fabric.areal_density / (1.0 - fabric.nu12 * fabric.nu21)
     along = shell.height / grid.generatrix * math.sqrt(fabric.E11 * density)
     around = shell.diameter * math.sin(math.pi / grid.hoop) * math.sqrt(fabric.E22 * density)
-    ratio = fabric.viscosity / max(along, around)
-    return next(courant for least, courant in AUTO_COURANT if ratio >= least)
+    return fabric.viscosity / max(along, around)
 
 
 def _belt(height: float, belt: Values, fabric: Values) -> Belt:

@@ -499,6 +499,7 @@ def design(
         console.print_design(question, stop, found)
         options = [word for change in [*(overrides or ()), f"{path}={found.value:.6g}"] for word in ("--set", change)]
         typer.echo(f"next: {shlex.join(['softbrake', 'run', str(case_file), *options])}")
+    _warn_of_gain(found.summary)
     if found.missed:
         _fail(f"{path}: {found.missed}", FAILED)
     _check_reached(case, found.summary)
@@ -591,6 +592,7 @@ def _show_sweep(plan: Plan, records: dict[str, Any], folder: Path, json: bool) -
     """Write the results of a sweep and print them; exit 1 where a run has no answer."""
     from softbrake import console, sweep_results
     from softbrake.plot import PlotError
+    from softbrake.summary import LARGEST_GAIN
 
     table = sweep_results.rows(plan, records)
     try:
@@ -609,6 +611,9 @@ def _show_sweep(plan: Plan, records: dict[str, Any], folder: Path, json: bool) -
         typer.echo(str(error), err=True)
         written = sweep_results.RESULTS
     typer.echo(f"{written} in {folder}", err=json)
+    if count := len(sweep_results.gaining(table)):
+        what = f"fabric and belts made more than {LARGEST_GAIN:.0%} of the initial energy from nowhere"
+        typer.echo(f"{count} of {len(table)} runs: {what}; see fabric_gain, docs/stability.md", err=True)
     if sweep_results.failures(table):
         raise typer.Exit(FAILED)
 
@@ -725,3 +730,13 @@ def _show(summary: Summary, json: bool, tension_scale: float | None) -> None:
         typer.echo(console.summary_json(summary, tension_scale))
     else:
         console.print_summary(summary, tension_scale)
+    _warn_of_gain(summary)
+
+
+def _warn_of_gain(summary: Summary) -> None:
+    """Say where a run that came to its end made energy of nothing."""
+    from softbrake.summary import LARGEST_GAIN
+
+    if summary.fabric_gain > LARGEST_GAIN and summary.outcome != "diverged":
+        cure = "try a smaller time.courant or more viscosity; docs/stability.md"
+        typer.echo(f"fabric and belts made {summary.fabric_gain:.1%} of the initial energy from nowhere: {cure}", err=True)

@@ -100,6 +100,11 @@ def print_summary(summary: Summary, tension_scale: float | None = None, console:
         console.print(f"results in {summary.results}", soft_wrap=True, markup=False, highlight=False)
 
 
+def gain_in_words(summary: Summary) -> str:
+    """What fabric and belts gave beyond what they took and had; below 0 it is what they keep and what viscosity ate."""
+    return "none" if summary.fabric_gain <= 0.0 else f"{100 * summary.fabric_gain:.2g} %"
+
+
 def inflation_json(inflation: Inflation) -> str:
     """The static inflation as one JSON object."""
     return json.dumps(asdict(inflation), indent=2, ensure_ascii=False, allow_nan=False)
@@ -248,6 +253,7 @@ def _work(summary: Summary) -> Table:
         depth = f"of folds, to {summary.largest_penetration:.1%} of a cell"
         table.add_row("crossings", str(summary.crossings), "", depth)
     table.add_row("energy residual", f"{summary.energy_error:.2e}", "", "of the initial energy")
+    table.add_row("energy made by fabric", gain_in_words(summary), "", "of the initial energy, from nowhere")
     return table
 
 

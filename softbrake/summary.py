@@ -5,6 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import Literal
 
+LARGEST_GAIN = 0.01  # of the initial energy from nowhere, above which a run is not to be trusted without a second look
+
 
 @dataclass(frozen=True)
 class Peak:
@@ -116,6 +118,7 @@ class Summary:
     largest_penetration: float  # of folds into one another, over an unloaded cell
     crossings: int  # how often a node was not kept from passing a face of another fold
     energy_error: float  # residual of the work ledger over initial kinetic plus potential energy
+    fabric_gain: float  # what fabric and belts gave beyond what they took and had, over the same; above 0 it came from nowhere
     steps: int
     time_step: float  # s, mean
     kernel_seconds: float  # s of CPU

@@ -1,5 +1,7 @@
 """The predicted step against the limit of the linearised scheme, found by eigenvalues; the search by trial; random drops."""
 
+import json
+import re
 from pathlib import Path
 
 import naive
@@ -16,7 +18,7 @@ from softbrake.kernels.course import LENGTHENED, choose_step
 from softbrake.kernels.meridian import stable_step_of_meridian, sweep_meridian
 from softbrake.kernels.timestep import stable_step
 from softbrake.stability import edge_in_words, find_limit, read_axis
-from softbrake.state import Floats, History
+from softbrake.state import Floats, History, Outcome
 
 CONFIGS = Path(__file__).resolve().parents[1] / "configs"
 SMALL = ("grid={generatrix: 8, hoop: 16}", "belts.width=30 mm")
@@ -227,17 +229,69 @@ def test_fixed_number_above_the_limit_warns_once(softbrake: Command, paper: Path
     assert "stable step" not in softbrake("run", paper, *small, "--set", "time.courant=auto").stderr
 
 
+UNDAMPED = (BEYOND[0], "fabric.viscosity=0", "contact=solid")
+SCHEME = (BEYOND[0], "contact=solid")
+POTENTIAL = ("fabric.law=nominal_tension", "fabric.slack=wrinkle", "fabric.nu12=0", "fabric.nu21=0")
+
+
 @pytest.mark.parametrize(
     ("overrides", "cause"),
     [
         ((*BEYOND, "fabric.viscosity=2"), "the viscosity limit of the step at .* exceeded 1.3 times; try time.courant=auto"),
         ((*BEYOND, "fabric.viscosity=0"), "the stiffness limit of the step at .* exceeded 1.3 times"),
-        ((BEYOND[0], "fabric.viscosity=0", "contact=solid"), "tensions without a potential"),
+        (
+            UNDAMPED,
+            "fabric and belts gave .* tensions without a potential, .* fabric.slack=wrinkle and fabric.nu12=0",
+        ),
+        ((*UNDAMPED, "model.scheme=cell"), "tensions without a potential, .* model.scheme=edge"),
+        ((*UNDAMPED, "model.scheme=cell", *POTENTIAL), "checkerboard of folds; model.scheme=edge does"),
+        ((*SCHEME, "model.scheme=cell"), "checkerboard of folds; model.scheme=edge does"),
     ],
 )
 def test_cause_of_a_divergence(overrides: tuple[str, ...], cause: str) -> None:
     with pytest.raises(Diverged, match=cause):
         softbrake.run(load_case(CONFIGS / "paper.yaml", overrides))
+
+
+def test_cures_of_a_divergence_cure_it() -> None:
+    """What the messages of the last test name: a potential where nothing damps, and the default scheme."""
+    for overrides in ((*UNDAMPED, *POTENTIAL), SCHEME):
+        assert softbrake.run(load_case(CONFIGS / "paper.yaml", overrides)).outcome == "impact"
+
+
+@pytest.mark.parametrize(
+    ("overrides", "work", "excess"),
+    [
+        ((), History.WORK_ELASTIC, "kinetic energy 1e.09 J, more than .* try time.courant=0.25"),
+        ((), History.WORK_CONTACT, "kinetic energy 1e.09 J, more than .* contact, which gave 100 J more than it took; .*=0.25"),
+        (("fabric.viscosity=0.2",), History.WORK_ELASTIC, "kinetic energy 1e.09 J, .* tensions without a potential"),
+    ],
+)
+def test_words_follow_where_the_energy_came_from(overrides: tuple[str, ...], work: History, excess: str) -> None:
+    """Books cooked by 100 J, less than FABRIC_GAIN of what was given, so that the fabric is not the excess."""
+    falling = drop(*SMALL, "fabric.viscosity=2", "time.courant=0.5", *overrides)
+    falling.advance(most=1)
+    assert 0.25 * falling.state.kinetic_start[0] > 100
+    falling.state.now[History.KINETIC_ENERGY] = 1e9
+    falling.state.now[work] += 100.0
+    with pytest.raises(Diverged, match=excess):
+        falling.finish(Outcome.DIVERGED)
+
+
+def test_energy_made_by_fabric_is_said(softbrake: Command, paper: Path) -> None:
+    """Undamped and wrinkled it makes two per cent of the initial energy, and the ledger's residual knows nothing of it."""
+    others = ("--set", "grid={generatrix: 12, hoop: 30}", "--set", "fabric.slack=wrinkle", "--set", "time.courant=0.5")
+    done = softbrake("run", paper, *others, "--set", "fabric.viscosity=0", "--no-results", "--json")
+    answer = json.loads(done.stdout)
+    assert done.returncode == 0
+    assert 0.01 < answer["fabric_gain"] < 0.04
+    assert abs(answer["energy_error"]) < 1e-12
+    assert "fabric and belts made 2." in done.stderr
+    done = softbrake("run", paper, *others, "--set", "fabric.viscosity=0.2", "--no-results")
+    assert "fabric and belts made" not in done.stderr
+    assert re.search(r"energy made by fabric +none", done.stdout)
+    done = softbrake("sweep", paper, *others, "--vary", "fabric.viscosity=0,0.2", "-o", "made", "-q")
+    assert "1 of 2 runs: fabric and belts made more than 1%" in done.stderr
 
 
 def test_slack_hides_an_unstable_step() -> None:
