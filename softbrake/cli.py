@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, NoReturn
@@ -16,6 +16,7 @@ if TYPE_CHECKING:
 
     from softbrake.case import Case
     from softbrake.designs import Designs
+    from softbrake.stability import Axis, Point
     from softbrake.summary import Summary
     from softbrake.sweep import Plan
 
@@ -294,6 +295,7 @@ def inflate(
     from softbrake.inflate import inflate as at_rest
     from softbrake.results import ResultError
 
+    _compile([case], quiet=False)
     try:
         answer = at_rest(case, results, residual)
     except NotInflated as error:
@@ -325,46 +327,53 @@ def stability(
 ) -> None:
     """Find the longest stable step by trial, beside the predicted one; map it over keys of the case."""
     case = _load(case_file, overrides)
-    if case.model.fidelity in ("lumped", "auto"):
-        _fail(
-            f"{case_file}: a case of fidelity {case.model.fidelity} has no grid whose waves could grow; --set model.fidelity=full"
-        )
 
-    from softbrake.plot import PlotError
-    from softbrake.stability import draw_map, edge_in_words, find_limit, read_axis, survey, write_csv
+    from softbrake.plot import PlotError, check_picture
+    from softbrake.stability import draw_map, edge_in_words, find_limit, read_axes, survey, write_csv
 
     try:
-        axes = [read_axis(text) for text in over or ()]
+        axes = read_axes(over or ())
     except ValueError as error:
         _fail(error)
     if output is not None and not axes:
         _fail("--output: a map wants at least one axis, --over")
     picture = output or Path(f"{case_file.stem}-stability.png")
-    if axes:
-        _check_folder(picture)
-        for path, values in axes:  # faults are said before the first trial
-            for value in values:
-                _load(case_file, [*(overrides or ()), f"{path}={value}"])
-        typer.echo("  ".join((*(path for path, _ in axes), "predicted us", "found us", "ratio")))
-    points = (
-        survey(
-            lambda values: _load(case_file, [*(overrides or ()), *values]),
-            axes,
-            lambda point: typer.echo("  ".join((*point.values, *point.shown))),
-        )
-        if axes
-        else []
-    )
-    own = find_limit(case)
+    table = picture.with_suffix(".csv")
     if axes:
         try:
-            draw_map(points, axes, picture)
-            write_csv(points, axes, picture.with_suffix(".csv"))
+            check_picture(picture)
         except PlotError as error:
             _fail(error)
-        except OSError as error:
-            _fail(f"{picture}: {error.strerror or error}", FAILED)
-        typer.echo(f"{picture} and {picture.with_suffix('.csv')} written")
+        for file in (picture, table):
+            _check_place(file)
+    cases = [case, *_cases_along(case_file, overrides, axes)]
+    for one in cases:
+        if one.model.fidelity in ("lumped", "auto"):
+            fault = f"a case of fidelity {one.model.fidelity} has no grid whose waves could grow"
+            _fail(f"{case_file}: {fault}; --set model.fidelity=full")
+    if case.tolerance is not None:
+        typer.echo("tolerance: a run chooses its own grid and step; this is about those of the case", err=True)
+    _compile(cases, quiet=False)
+    if axes:
+        typer.echo("  ".join((*(path for path, _ in axes), "predicted us", "found us", "ratio")))
+    points: list[Point] = []
+
+    def report(point: Point) -> None:
+        points.append(point)
+        typer.echo("  ".join((*point.values, *point.shown)))
+
+    try:
+        if axes:
+            survey(lambda values: _load(case_file, [*(overrides or ()), *values]), axes, report)
+        own = find_limit(case)
+    except KeyboardInterrupt:
+        if points:
+            _write(table, lambda: write_csv(points, axes, table))
+        _fail(f"interrupted{f'; {len(points)} points in {table}' if points else ''}", INTERRUPTED)
+    if axes:
+        _write(table, lambda: write_csv(points, axes, table))
+        _write(picture, lambda: draw_map(points, axes, picture))
+        typer.echo(f"{picture} and {table} written")
     if not own.edge_found:
         _fail(f"{case_file}: {edge_in_words(own)}", FAILED)
     typer.echo(edge_in_words(own))
@@ -642,6 +651,20 @@ def _load(path: Path, overrides: list[str] | None) -> Case:
         _fail(error)
 
 
+def _cases_along(case_file: Path, overrides: list[str] | None, axes: Sequence[Axis]) -> list[Case]:
+    """Return the case with each value of each axis alone, so that faults are said before the first trial."""
+    cases: list[Case] = []
+    for path, values in axes:
+        along: list[Case] = []
+        for value in values:
+            one = _load(case_file, [*(overrides or ()), f"{path}={value}"])
+            if one in along:
+                _fail(f"--over {path}: the value {value} is there twice, the first time as {values[along.index(one)]}")
+            along.append(one)
+        cases += along
+    return cases
+
+
 def _designs(path: Path, overrides: list[str] | None, vary: list[str] | None = None, **settings: str | int | None) -> Designs:
     from softbrake.case import CaseError
     from softbrake.designs import load_designs
@@ -702,12 +725,16 @@ def _check_place(file: Path) -> None:
         _fail(f"{file}: may not be written")
 
 
-def _check_folder(file: Path) -> None:
-    """Say before the work what would fail after it."""
-    import os
+def _write(file: Path, write: Callable[[], None]) -> None:
+    """Write a file of results; exit 1 where that fails, as the disk is full or the folder gone."""
+    from softbrake.plot import PlotError
 
-    if not file.parent.is_dir() or not os.access(file.parent, os.W_OK):
-        _fail(f"{file}: may not be written; an existing folder is wanted")
+    try:
+        write()
+    except PlotError as error:
+        _fail(error, FAILED)
+    except OSError as error:
+        _fail(f"{file}: {error.strerror or error}", FAILED)
 
 
 def _check_scale(tension_scale: float | None) -> None:

@@ -3,12 +3,9 @@
 from __future__ import annotations
 
 import math
-import signal
 import sys
-import threading
 import time
-from collections.abc import Callable, Iterable, Iterator
-from contextlib import contextmanager
+from collections.abc import Callable, Iterable
 from functools import cached_property
 from pathlib import Path
 from typing import NamedTuple
@@ -29,6 +26,7 @@ from softbrake.build import (
     with_room,
 )
 from softbrake.case import Case, damping_ratio, parse_case, starter
+from softbrake.interrupt import held_interrupt
 from softbrake.kernels.course import FABRIC_GAIN, energy_given
 from softbrake.kernels.fields import sample_fields
 from softbrake.kernels.jit import CACHE_FOLDER, PACKAGE, hash_sources
@@ -125,20 +123,6 @@ def run(
         return drop.run(file, progress, amend)
 
 
-@contextmanager
-def _held_interrupt() -> Iterator[Callable[[], bool]]:
-    """Hold Ctrl-C back, so that it cuts no write to the result file in two; yields a function that tells whether it came."""
-    came: list[int] = []
-    if threading.current_thread() is not threading.main_thread():
-        yield lambda: False  # the main thread takes it
-        return
-    before = signal.signal(signal.SIGINT, lambda number, _: came.append(number))
-    try:
-        yield lambda: bool(came)
-    finally:
-        signal.signal(signal.SIGINT, before)
-
-
 class Drop:
     """A drop under way."""
 
@@ -210,7 +194,7 @@ class Drop:
         outcome = Outcome.RUNNING
         interval = self.case.output.snapshot_interval
         due = math.inf if file is None else 0.0
-        with _held_interrupt() as interrupted:
+        with held_interrupt() as interrupted:
             while outcome == Outcome.RUNNING and not interrupted():
                 now = self.now(History.TIME)
                 if file is not None and now >= due:

@@ -18,6 +18,7 @@ import numpy as np
 
 from softbrake.case import Case
 from softbrake.drop import Drop, NotInflated
+from softbrake.interrupt import held_interrupt
 from softbrake.plot import BLUE, GREEN, GREY, INK, RED, STYLE, load_matplotlib, save
 from softbrake.relax import Held
 
@@ -61,6 +62,15 @@ class Point:
             kind = "no" if not self.trials[0][1] else "every"
             return f"{self.predicted * 1e6:.4g}", f"{kind} step stable from {LOW:g} to {HIGH:g} of it"
         return f"{self.predicted * 1e6:.4g}", f"{self.found * 1e6:.4g}", f"{self.ratio:.3f}"
+
+
+def read_axes(texts: Sequence[str]) -> list[Axis]:
+    """Return the axes of several texts. Raises ValueError."""
+    axes = [read_axis(text) for text in texts]
+    for number, (path, _) in enumerate(axes):
+        if path in (other for other, _ in axes[:number]):
+            raise ValueError(f"--over {path}: an axis twice; all its values are wanted in one, {path}=A,B,...")
+    return axes
 
 
 def read_axis(text: str) -> Axis:
@@ -117,11 +127,22 @@ def find_limit(case: Case) -> Point:
 
 
 def is_stable(drop: Drop, courant: float, steps: int = STEPS) -> bool:
-    """Whether a hair's disturbance of a shell at rest dies or stays, in steps of a part of the predicted one."""
+    """Whether a hair's disturbance of a shell at rest dies or stays, in steps of a part of the predicted one.
+
+    Raises KeyboardInterrupt between two steps.
+    """
+    with held_interrupt() as interrupted:
+        return _is_stable(drop, courant, steps, interrupted)
+
+
+def _is_stable(drop: Drop, courant: float, steps: int, interrupted: Callable[[], bool]) -> bool:
+    """As `is_stable`, told of Ctrl-C."""
     drop.disturb(HAIR * min(drop.model.fabric.h1, drop.model.fabric.h2), SEED)
     held = Held(drop.model._replace(courant=courant), drop.state, drop.step)
     least, last = np.inf, np.zeros(())
     for _ in range(-(-steps // WINDOW)):
+        if interrupted():
+            raise KeyboardInterrupt
         size = turn = 0.0
         for _ in range(WINDOW):
             push = held.push()

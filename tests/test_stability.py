@@ -2,21 +2,28 @@
 
 import json
 import re
+import signal
+import subprocess
+import sys
+import time
 from pathlib import Path
 
 import naive
 import numpy as np
 import pytest
 from conftest import Command
+from typer.testing import CliRunner
 
 import softbrake
 from benchmarks.stability import random_case
 from softbrake.build import grid_view, initial_energy
 from softbrake.case import load_case
+from softbrake.cli import app
 from softbrake.drop import Diverged, Drop
 from softbrake.kernels.course import LENGTHENED, choose_step
 from softbrake.kernels.meridian import stable_step_of_meridian, sweep_meridian
 from softbrake.kernels.timestep import stable_step
+from softbrake.plot import PlotError
 from softbrake.stability import edge_in_words, find_limit, read_axis
 from softbrake.state import Floats, History, Outcome
 
@@ -198,7 +205,11 @@ def test_points_without_an_edge_say_why(softbrake: Command, paper: Path, tmp_pat
         (("--over", "fabric"), "not an axis"),
         (("-o", "map.png"), "--output: a map wants at least one axis"),
         (("--set", "model.fidelity=lumped"), "no grid whose waves could grow"),
-        (("--over", "belts.layers=1", "-o", "nowhere/map.png"), "may not be written"),
+        (("--over", "model.fidelity=full,lumped"), "no grid whose waves could grow"),
+        (("--over", "belts.layers=1", "-o", "nowhere/map.png"), "there is no folder nowhere"),
+        (("--over", "belts.layers=1", "-o", "map.txt"), "ends in .png, .svg or .pdf"),
+        (("--over", "belts.layers=1", "--over", "belts.layers=2"), "belts.layers: an axis twice"),
+        (("--over", "belts.layers=1,2,1.0"), "the value 1.0 is there twice, the first time as 1"),
     ],
 )
 def test_bad_input(softbrake: Command, paper: Path, arguments: tuple[str, ...], fault: str) -> None:
@@ -206,6 +217,52 @@ def test_bad_input(softbrake: Command, paper: Path, arguments: tuple[str, ...], 
     assert done.returncode == 2
     assert fault in done.stderr
     assert "Traceback" not in done.stderr
+
+
+def test_a_tolerance_is_said_to_be_set_aside(softbrake: Command, paper: Path) -> None:
+    small = ("--set", "grid={generatrix: 8, hoop: 16}", "--set", "belts.width=30 mm")
+    done = softbrake("stability", paper, *small, "--set", "tolerance=1%")
+    assert done.returncode == 0
+    assert "a run chooses its own grid and step" in done.stderr
+
+
+def test_interrupt_keeps_the_points_found(paper: Path, tmp_path: Path, environment: dict[str, str]) -> None:
+    """Whenever it comes: here in the middle of the second of four points."""
+    with subprocess.Popen(
+        [sys.executable, "-m", "softbrake", "stability", str(paper), "--over", "fabric.viscosity=0.1,0.2,0.3,0.4"],
+        cwd=tmp_path,
+        env=environment,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+        preexec_fn=lambda: signal.signal(signal.SIGINT, signal.default_int_handler),  # a shell's background job ignores it
+    ) as process:
+        assert process.stdout is not None
+        for line in process.stdout:
+            if line.startswith("0.1 "):
+                break
+        time.sleep(0.2)
+        process.send_signal(signal.SIGINT)
+        _, errors = process.communicate(timeout=60)
+    assert process.returncode == 130
+    said = re.fullmatch(r"(?:compiling .*\n)?interrupted; ([123]) points in paper-stability.csv\n", errors)
+    assert said
+    rows = (tmp_path / "paper-stability.csv").read_text().splitlines()
+    assert rows[1].startswith("0.1,") and len(rows) == 1 + int(said[1])
+
+
+def test_points_are_kept_where_the_picture_fails(paper: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    def fail(*_: object) -> None:
+        raise PlotError("no picture today")
+
+    monkeypatch.setattr("softbrake.stability.draw_map", fail)
+    small = ("--set", "grid={generatrix: 8, hoop: 16}", "--set", "belts.width=30 mm")
+    done = CliRunner().invoke(
+        app, ["stability", str(paper), *small, "--over", "fabric.viscosity=1", "-o", str(tmp_path / "map.png")]
+    )
+    assert done.exit_code == 1
+    assert "no picture today" in done.output
+    assert len((tmp_path / "map.csv").read_text().splitlines()) == 2
 
 
 @pytest.mark.parametrize("first", [0, 8, 16])
