@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any, Literal
@@ -555,6 +555,20 @@ class _CaseChecker(Checker):
             place, where = last_given(node, "pressure", ["peak_time", "end_time"])
             fault = f"peak_time {values['peak_time']:.6g} s is not before end_time {values['end_time']:.6g} s"
             self.fault(place, where, fault, "peak_time < end_time is wanted")
+
+
+class LongStep(UserWarning):
+    """A run takes longer steps than the longest stable one."""
+
+
+def long_steps(cases: Iterable[Case]) -> str | None:
+    """Return what to say of cases whose steps are longer than the longest stable one; None without any."""
+    stepping = (case for case in cases if case.tolerance is None and case.model.fidelity != "lumped")
+    above = {case.time.courant for case in stepping if case.time.courant > 1.0}
+    if not above:
+        return None
+    number = f"{'up to ' if len(above) > 1 else ''}{max(above):g}"
+    return f"time.courant {number} is above 1, the longest stable step: a run diverges, or slack hides it and tensions are wrong"
 
 
 def auto_courant(shell: Shell, fabric: Fabric, grid: Grid) -> float:

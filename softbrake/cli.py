@@ -119,9 +119,7 @@ def run(
 
     scale = tension_scale(case) if dimensionless else None
     _check_scale(scale)
-    if case.time.courant > 1.0 and case.tolerance is None:
-        fate = "the run diverges, or slack hides it and tensions are wrong"
-        typer.echo(f"time.courant {case.time.courant:g} exceeds the stable step, 1: {fate}", err=True)
+    _warn_of_long_steps([case])
     if case.tolerance is not None and not quiet:
         typer.echo("tolerance: fidelity, grid and Courant number are chosen, those of the case set aside", err=True)
     _compile([case], quiet)
@@ -422,6 +420,7 @@ def sweep(
     from softbrake import console
     from softbrake.sweep import Shard, SweepError, read_journals, run_sweep
 
+    _warn_of_long_steps(design.case for design in designs.all)
     if scheduler is None:
         _compile({design.case.model.fidelity: design.case for design in designs.all}.values(), quiet)
     try:
@@ -491,6 +490,7 @@ def design(
     from softbrake.case import CaseError
     from softbrake.design import NotReached, ask, find, piston
 
+    _warn_of_long_steps([case])
     _compile([case], quiet)
     try:
         question = ask(case_file, overrides or (), path, target, between, budget, None if quiet else console.print_rung)
@@ -673,6 +673,17 @@ def _designs(path: Path, overrides: list[str] | None, vary: list[str] | None = N
         return load_designs(path, overrides or (), vary or (), settings)
     except CaseError as error:
         _fail(error)
+
+
+def _warn_of_long_steps(cases: Iterable[Case]) -> None:
+    """Say once, in a line, what Python would say at every run."""
+    import warnings
+
+    from softbrake.case import LongStep, long_steps
+
+    if said := long_steps(cases):
+        typer.echo(said, err=True)
+    warnings.simplefilter("ignore", LongStep)
 
 
 def _compile(cases: Iterable[Case], quiet: bool, every: bool = False) -> None:

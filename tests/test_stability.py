@@ -17,7 +17,7 @@ from typer.testing import CliRunner
 import softbrake
 from benchmarks.stability import random_case
 from softbrake.build import grid_view, initial_energy
-from softbrake.case import load_case
+from softbrake.case import LongStep, load_case
 from softbrake.cli import app
 from softbrake.drop import Diverged, Drop
 from softbrake.kernels.course import LENGTHENED, choose_step
@@ -281,9 +281,15 @@ BEYOND = ("grid={generatrix: 12, hoop: 24}", "fabric.slack=compression", "time.c
 def test_fixed_number_above_the_limit_warns_once(softbrake: Command, paper: Path) -> None:
     small = ("--set", BEYOND[0], "--set", BEYOND[1], "--no-results")
     done = softbrake("run", paper, *small, "--set", BEYOND[2])
-    assert done.stderr.count("time.courant 1.3 exceeds the stable step") == 1
+    assert done.stderr.count("time.courant 1.3 is above 1, the longest stable step") == 1
     assert done.returncode == 1
     assert "stable step" not in softbrake("run", paper, *small, "--set", "time.courant=auto").stderr
+    hidden = ("--set", BEYOND[0], "--set", "fabric.viscosity=2")
+    done = softbrake("sweep", paper, *hidden, "--vary", "time.courant=0.5,1.2,1.3", "-q")
+    assert done.returncode == 0
+    assert done.stderr.count("above 1") == done.stderr.count("time.courant up to 1.3 is above 1") == 1
+    done = softbrake("sweep", paper, *hidden, "--vary", "time.courant=0.5,1", "-q")
+    assert "above 1" not in done.stderr
 
 
 UNDAMPED = (BEYOND[0], "fabric.viscosity=0", "contact=solid")
@@ -307,7 +313,7 @@ POTENTIAL = ("fabric.law=nominal_tension", "fabric.slack=wrinkle", "fabric.nu12=
 )
 def test_cause_of_a_divergence(overrides: tuple[str, ...], cause: str) -> None:
     with pytest.raises(Diverged, match=cause):
-        softbrake.run(load_case(CONFIGS / "paper.yaml", overrides))
+        drop(*overrides).run()
 
 
 def test_cures_of_a_divergence_cure_it() -> None:
@@ -356,11 +362,10 @@ def test_slack_hides_an_unstable_step() -> None:
 
     The tension along the generatrix more than doubles; the cargo, a thousand times as heavy as the cloth, hardly feels it.
     """
-    answers = [
-        softbrake.run(load_case(CONFIGS / "paper.yaml", [BEYOND[0], "fabric.viscosity=2", f"time.courant={courant}"]))
-        for courant in (0.5, 1.3)
-    ]
-    sound, flipping = answers
+    others = (BEYOND[0], "fabric.viscosity=2")
+    sound = softbrake.run(load_case(CONFIGS / "paper.yaml", [*others, "time.courant=0.5"]))
+    with pytest.warns(LongStep, match="time.courant 1.3 is above 1"):
+        flipping = softbrake.run(load_case(CONFIGS / "paper.yaml", [*others, "time.courant=1.3"]))
     assert flipping.outcome == "impact"
     assert flipping.impact_velocity == pytest.approx(sound.impact_velocity, rel=0.01)
     assert flipping.peak_tension_generatrix > 2.0 * sound.peak_tension_generatrix
