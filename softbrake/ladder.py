@@ -94,8 +94,8 @@ def run(
     A case with a tolerance, or with `model.fidelity: auto`, is climbed first; `ladder` and `impact_velocity_error` of the answer
     then say how far it got, and the result file holds one run of the level chosen: of an ensemble the member nearest the answer.
     Else `with_error_bar` asks for two coarser companions. Ctrl-C during a climb, or while its result file is written, gives
-    outcome "interrupted" and what was found. Warns (LongStep) of a `time.courant` above 1. Other arguments and errors as of `climb` and
-    `drop.run`; ValueError where a grid is too coarse for companions.
+    outcome "interrupted" and what was found. Warns (LongStep) of a `time.courant` above 1. Other arguments and errors as of
+    `climb` and `drop.run`; ValueError where a grid is too coarse for companions.
     """
     if case.tolerance is not None:
         try:

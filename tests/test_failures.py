@@ -93,8 +93,15 @@ def test_nearly_degenerate_cell_recovers() -> None:
         assert speeds[-100:].max() < 0.1 * speeds[0:10].max()
 
 
-def test_million_steps() -> None:
-    found = million()
-    assert found["energy"] < 1e-10
-    assert found["momentum"] < 1e-12
-    assert found["peaks"].max() < 1.15 * found["peaks"][0]
+@pytest.mark.parametrize(("courant", "steps", "drift", "rise"), [("auto", 1_000_000, 0.1, 1.1), ("0.1", 3_600_000, 0.01, 1.01)])
+def test_million_steps(courant: str, steps: int, drift: float, rise: float) -> None:
+    """Energy and momentum do not drift: the works booked are what fabric and gas store, to a share of the energy of motion.
+
+    At the automatic step the highest tension jumps by 8 % at 0.6 million steps, at a shorter one, over the same time, never.
+    """
+    found = million(steps, courant)
+    first, last = np.split(found.made, 2)
+    assert abs(last.mean() - first.mean()) < drift * found.moving.mean()
+    assert 0.5 < found.moving[-50:].mean() / found.moving[:50].mean() < 1.5
+    assert found.momentum < 1e-16
+    assert found.peaks.max() < rise * found.peaks[0]
