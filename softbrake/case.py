@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import Any, Literal
 
@@ -116,6 +116,20 @@ class Pressure:
     times: tuple[float, ...]  # s, increasing (table), else empty
     values: tuple[float, ...]  # Pa, same length as times
     damping: float  # s/m, nu^n of (2.11)
+
+    @property
+    def start(self) -> float:
+        """At t = 0, Pa."""
+        return {"constant": self.value, "sine": 0.0, "table": self.values[0] if self.values else 0.0}[self.law]
+
+    @property
+    def largest(self) -> float:
+        """Of the law, Pa."""
+        return max(self.value, *self.values, 0.0)
+
+    def steady(self, value: float) -> Pressure:
+        """Return a constant pressure (Pa) in place of the law."""
+        return replace(self, law="constant", value=value, peak_time=0.0, end_time=0.0, times=(), values=())
 
 
 @dataclass(frozen=True)
@@ -408,12 +422,11 @@ class _CaseChecker(Checker):
         if top.get("initial") != "inflated" or self.faults:
             return
         place, where = last_given(root, "", ["initial"])
-        start = {"constant": pressure.value, "sine": 0.0, "table": pressure.values[0] if pressure.values else 0.0}[pressure.law]
         if model["fidelity"] == "lumped":
             self.fault(
                 place, where, "the lumped model has no shell to inflate", "initial: unloaded or another fidelity is wanted"
             )
-        elif start == 0.0:
+        elif pressure.start == 0.0:
             fault = f"the {pressure.law} law starts without pressure"
             self.fault(place, where, fault, "initial: unloaded, or a pressure at t = 0 is wanted")
 

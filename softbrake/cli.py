@@ -22,6 +22,7 @@ if TYPE_CHECKING:
 
 FAILED, BAD_INPUT, INTERRUPTED = 1, 2, 130
 COMPILING = "20 to 40 s"
+SET_ASIDE = "tolerance: a run chooses its own grid and step; this is about those of the case"
 
 app = typer.Typer(
     help="Braking of a falling cargo by an inflatable shell of fabric and ring belts.",
@@ -284,8 +285,9 @@ def inflate(
     """Inflate the shell under its cover, held: shape, tensions, force on the cover."""
     if no_results and output is not None:
         _fail("--output and --no-results exclude each other")
-    # The shape is asked for whatever the drop starts from; the checks of an inflated start hold for it too.
-    case = _load(case_file, [*(overrides or ()), "initial=inflated"])
+    case = _load(case_file, overrides)
+    if case.tolerance is not None:
+        typer.echo(SET_ASIDE, err=True)
     results = _result_file(case_file, output, no_results, "-inflated.vtkhdf")
 
     from softbrake import console
@@ -293,9 +295,12 @@ def inflate(
     from softbrake.inflate import inflate as at_rest
     from softbrake.results import ResultError
 
-    _compile([case], quiet=False)
+    if case.model.fidelity not in ("lumped", "auto"):
+        _compile([case], quiet=False)
     try:
         answer = at_rest(case, results, residual)
+    except ValueError as error:
+        _fail(f"{case_file}: {error}")
     except NotInflated as error:
         _fail(error, FAILED)
     except ResultError as error:
@@ -350,7 +355,7 @@ def stability(
             fault = f"a case of fidelity {one.model.fidelity} has no grid whose waves could grow"
             _fail(f"{case_file}: {fault}; --set model.fidelity=full")
     if case.tolerance is not None:
-        typer.echo("tolerance: a run chooses its own grid and step; this is about those of the case", err=True)
+        typer.echo(SET_ASIDE, err=True)
     _compile(cases, quiet=False)
     if axes:
         typer.echo("  ".join((*(path for path, _ in axes), "predicted us", "found us", "ratio")))

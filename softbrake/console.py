@@ -116,8 +116,9 @@ def print_inflation(inflation: Inflation) -> None:
     console.print(inflation.title, style="bold", soft_wrap=True)
     console.print(f"Inflated: at rest to a residual of {inflation.residual:.1e} after {inflation.steps} steps.")
     table = _table()
+    late = "the largest; the law starts without" if inflation.pressure_late else ""
     for name, value, unit, note in (
-        ("pressure", f"{inflation.pressure / 1e3:.4g}", "kPa", ""),
+        ("pressure", f"{inflation.pressure / 1e3:.4g}", "kPa", late),
         ("height", f"{inflation.height:.5g}", "m", "held"),
         ("largest radius", f"{inflation.largest_radius:.5f}", "m", f"{inflation.largest_radius_height:.3f} m up"),
         ("volume", f"{inflation.volume:.5g}", "m^3", ""),
@@ -136,7 +137,6 @@ def print_inflation(inflation: Inflation) -> None:
             )
             if tension is not None
         ),
-        ("frequency", f"{inflation.frequency:.1f}", "Hz", "of the motion that came to rest last"),
     ):
         table.add_row(name, value, unit, note)
     console.print()

@@ -7,7 +7,7 @@ frequency of what still moves. So the lowest mode is damped critically, and no o
 from __future__ import annotations
 
 from collections.abc import Callable
-from math import inf, isfinite, pi, sqrt
+from math import inf, isfinite, sqrt
 from typing import NamedTuple
 
 import numpy as np
@@ -33,7 +33,6 @@ class Relaxation(NamedTuple):
 
     converged: bool
     residual: float  # the larger one of the two of `relax`; infinite where the shell grew without end
-    frequency: float  # Hz, of what moved last, by Rayleigh's quotient
     steps: int
 
 
@@ -114,7 +113,7 @@ def _relax(
             raise KeyboardInterrupt
         first, second = held.push(), held.push()
         if first is None or second is None:
-            return Relaxation(False, inf, frequency / (2.0 * pi), done)
+            return Relaxation(False, inf, done)
         moving = float((mass * first.velocity**2).sum())
         if moving > 0.0:
             change = float((mass * first.velocity * (second.acceleration - first.acceleration)).sum())
@@ -134,4 +133,4 @@ def _relax(
             held.cut(kept)
         done += STEPS_PER_LOOK
     held.rest()
-    return Relaxation(residual <= tolerance, residual, frequency / (2.0 * pi), done)
+    return Relaxation(residual <= tolerance, residual, done)

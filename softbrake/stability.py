@@ -97,8 +97,7 @@ def survey(
 
 def find_limit(case: Case) -> Point:
     """Inflate the shell of a case by the largest pressure of its law, and bisect for the largest stable step."""
-    most = max(case.pressure.value, *case.pressure.values, 0.0)
-    pressure = replace(case.pressure, law="constant", value=most, times=(), values=())
+    pressure = case.pressure.steady(case.pressure.largest)
     # Inflated with steps below any limit; the bound then stands for the state, whatever the case's coefficient.
     drop = Drop(replace(case, initial="unloaded", pressure=pressure, time=replace(case.time, courant=LOW)))
     none = Point((), np.nan, np.nan, (), case.time.courant)

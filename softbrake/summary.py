@@ -60,6 +60,7 @@ class Inflation:
 
     title: str
     pressure: float  # Pa
+    pressure_late: bool  # whether it is not that of t = 0, where the law has none, but its largest
     height: float  # m, of the cover
     largest_radius: float  # m, mean around the hoop
     largest_radius_height: float  # m above the ground
@@ -71,7 +72,6 @@ class Inflation:
     tension_belt: float | None  # N/m, largest; None without belts
     middle_tension_generatrix: float  # N/m, at half the unloaded height, mean around the hoop
     middle_tension_hoop: float  # N/m
-    frequency: float  # Hz, of the motion that came to rest last
     residual: float  # of forces out of balance over those of the pressure, or of what is left to go over the radius
     steps: int
     results: str | None  # path of the result file
