@@ -21,6 +21,7 @@ from softbrake.state import History, Model, Outcome
 
 CONFIGS = Path(__file__).resolve().parents[1] / "configs"
 FINE = ("model.fidelity=axisymmetric", "grid={generatrix: 112, hoop: 720}", "gravity=0")
+OWN = ()  # of the file, 36 x 90 cells of the full shell
 STIFFNESS = 20e3 / (1 - 0.25**2)
 
 
@@ -29,15 +30,16 @@ def case(*overrides: str, config: str = "no-belts") -> Case:
 
 
 @pytest.mark.parametrize("law", ["true_tension", "nominal_tension"])
-@pytest.mark.parametrize("grid", [FINE, ("grid={generatrix: 60, hoop: 120}", "gravity=0")])
+@pytest.mark.parametrize("grid", [FINE, ("grid={generatrix: 60, hoop: 120}", "gravity=0"), OWN])
 def test_cylinder_between_covers(law: str, grid: tuple[str, ...]) -> None:
     """field.md 2: radius 0.301913 m, tensions 1641.04 and 4563.31 N/m, 1381.70 N on the cover with the paper's law."""
     exact = static_cylinder(STIFFNESS, 0.25, 15696.0, 0.25, 0.6, law == "true_tension")
     found = inflate(case(f"fabric.law={law}", *grid))
     assert found.largest_radius == pytest.approx(exact.radius, rel=1e-3)
-    assert found.middle_tension_generatrix == pytest.approx(exact.tension_1, rel=2e-3)
-    assert found.middle_tension_hoop == pytest.approx(exact.tension_2, rel=1e-3)
-    assert found.wall_pull == pytest.approx(exact.pull, rel=3e-3)
+    assert found.middle_tension_generatrix == pytest.approx(exact.tension_1, rel=4e-3 if grid is OWN else 2e-3)
+    assert found.middle_tension_hoop == pytest.approx(exact.tension_2, rel=1.2e-3 if grid is OWN else 1e-3)
+    assert found.wall_pull == pytest.approx(exact.pull, rel=6e-3 if grid is OWN else 3e-3)
+    assert found.cover_force == pytest.approx(15696.0 * pi / 16 - exact.pull, rel=6e-3)
     if grid is FINE:
         assert found.middle_tension_generatrix == pytest.approx(exact.tension_1, rel=1e-3)
         assert found.wall_pull == pytest.approx(exact.pull, rel=1e-3)

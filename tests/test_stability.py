@@ -16,7 +16,7 @@ from typer.testing import CliRunner
 
 import softbrake
 from benchmarks.stability import random_case
-from softbrake.build import grid_view, initial_energy
+from softbrake.build import grid_view
 from softbrake.case import LongStep, load_case
 from softbrake.cli import app
 from softbrake.drop import Diverged, Drop
@@ -106,14 +106,17 @@ VARIANTS = {
 }
 
 
-@pytest.mark.parametrize("scheme", ["edge", "cell", "axisymmetric"])
-@pytest.mark.parametrize("name", [*VARIANTS, "shear", "strong shear"])
-def test_bound_of_an_inflated_shell_is_safe_and_tight(name: str, scheme: str) -> None:
-    shear = {"shear": ("fabric.G12=2 kN/m",), "strong shear": ("fabric.G12=20 kN/m",)}
-    if scheme == "axisymmetric" and name in shear:
-        return  # a round shell has none
+SHEAR = {"shear": ("fabric.G12=2 kN/m",), "strong shear": ("fabric.G12=20 kN/m",)}  # a round shell has none
+
+
+@pytest.mark.parametrize(
+    ("scheme", "name"),
+    [(scheme, name) for scheme in ("edge", "cell") for name in (*VARIANTS, *SHEAR)]
+    + [("axisymmetric", name) for name in VARIANTS],
+)
+def test_bound_of_an_inflated_shell_is_safe_and_tight(scheme: str, name: str) -> None:
     grid = ROUND if scheme == "axisymmetric" else (*SMALL, f"model.scheme={scheme}")
-    inflated = drop(*grid, *(VARIANTS | shear)[name])
+    inflated = drop(*grid, *(VARIANTS | SHEAR)[name])
     inflated.inflate()
     found = limit_of_meridian(inflated) if scheme == "axisymmetric" else limit_of_shell(inflated)
     assert 0.85 < predicted(inflated) / found <= 1.0
@@ -270,9 +273,7 @@ def test_random_drops_do_not_diverge(first: int) -> None:
     """A sample of the thousand of benchmarks/stability.py."""
     for seed in range(first, first + 8):
         falling = Drop(random_case(seed))
-        summary = falling.run()
-        assert abs(summary.energy_error) < 0.01
-        assert falling.fabric_gain() < 0.01 * initial_energy(falling.case, falling.model), seed
+        assert falling.run().fabric_gain < 0.01, seed
 
 
 BEYOND = ("grid={generatrix: 12, hoop: 24}", "fabric.slack=compression", "time.courant=1.3")  # where no slack saves the run
@@ -367,8 +368,8 @@ def test_slack_hides_an_unstable_step() -> None:
     with pytest.warns(LongStep, match="time.courant 1.3 is above 1"):
         flipping = softbrake.run(load_case(CONFIGS / "paper.yaml", [*others, "time.courant=1.3"]))
     assert flipping.outcome == "impact"
-    assert flipping.impact_velocity == pytest.approx(sound.impact_velocity, rel=0.01)
-    assert flipping.peak_tension_generatrix > 2.0 * sound.peak_tension_generatrix
+    assert flipping.impact_velocity == pytest.approx(sound.impact_velocity, rel=3e-3)
+    assert flipping.peak_tension_generatrix == pytest.approx(2.3 * sound.peak_tension_generatrix, rel=0.1)
 
 
 def test_the_choice_of_the_step_is_that_of_its_state() -> None:
