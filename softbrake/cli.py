@@ -154,7 +154,7 @@ def run(
         _fail(error)
     except OSError as error:  # disk full, folder gone
         _fail(f"{results}: {error}", FAILED)
-    except KeyboardInterrupt:  # before the first step: there is nothing to keep
+    except KeyboardInterrupt:  # before the first step, or after the last, when the result file is whole
         _fail("interrupted", INTERRUPTED)
     _show(summary, json, scale)
     if summary.outcome == "interrupted":

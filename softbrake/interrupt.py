@@ -10,13 +10,28 @@ from contextlib import contextmanager
 
 @contextmanager
 def held_interrupt() -> Iterator[Callable[[], bool]]:
-    """Hold Ctrl-C back; yields a function that tells whether it came. Who asks and learns so ends what it does."""
-    came: list[int] = []
+    """Hold Ctrl-C back; yields a function that tells whether it came, and who learns so ends what he does.
+
+    It is let go at the end where nobody learnt of it. Other threads than the main one, which takes it, are never told.
+    """
     if threading.current_thread() is not threading.main_thread():
-        yield lambda: False  # the main thread takes it
+        yield lambda: False
         return
-    before = signal.signal(signal.SIGINT, lambda number, _: came.append(number))
+    came, told = False, False
+
+    def keep(*_: object) -> None:
+        nonlocal came
+        came = True
+
+    def tell() -> bool:
+        nonlocal told
+        told = came
+        return told
+
+    before = signal.signal(signal.SIGINT, keep)
     try:
-        yield lambda: bool(came)
+        yield tell
     finally:
         signal.signal(signal.SIGINT, before)
+    if came and not told:
+        signal.raise_signal(signal.SIGINT)
