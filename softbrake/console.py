@@ -28,6 +28,7 @@ if TYPE_CHECKING:
 Piston = tuple["FullStop", list[tuple[float, Summary]]]
 
 STANDARD_GRAVITY = 9.80665  # m/s^2
+ROUND_OFF = 1e-12  # of the initial energy
 SECONDS_BETWEEN_LINES = 2.0
 
 TENSIONS = ("generatrix", "hoop", "belt")
@@ -102,7 +103,7 @@ def print_summary(summary: Summary, tension_scale: float | None = None, console:
 
 def gain_in_words(summary: Summary) -> str:
     """What fabric and belts gave beyond what they took and had; below 0 it is what they keep and what viscosity ate."""
-    return "none" if summary.fabric_gain <= 0.0 else f"{100 * summary.fabric_gain:.2g} %"
+    return "none" if summary.fabric_gain < ROUND_OFF else f"{100 * summary.fabric_gain:.2g} %"
 
 
 def inflation_json(inflation: Inflation) -> str:
