@@ -12,6 +12,7 @@ from softbrake.build import build_folds, grid_view, with_room
 from softbrake.drop import Drop
 from softbrake.kernels.folds import CUSHION, part_moved
 from softbrake.kernels.meet import NEVER, crossing_of_triangle, nearest_on_face
+from softbrake.kernels.motion import close_nodes
 from softbrake.kernels.near import find_pairs
 from softbrake.kernels.step import fold_step
 from softbrake.state import PAD, Floats, FoldCount, History, Nodes, Outcome, Sector, Sheet, Step
@@ -534,13 +535,43 @@ def test_momentum_changes_by_gravity_and_ground_only() -> None:
     assert momentum() - before == pytest.approx(impulse, abs=1e-10 * abs(before))
 
 
-def test_free_flight_does_not_pay() -> None:
-    """Until cloth lies on the ground no search is due, and nothing changes in any digit."""
-    with_folds, without = drop(*CRUSH), drop(*CRUSH, folds=False)
+@pytest.mark.parametrize("grid", [(14, 24), (24, 48)])
+@pytest.mark.parametrize("courant", [0.5, 0.9])
+def test_free_flight_does_not_pay(courant: float, grid: tuple[int, int]) -> None:
+    """Until the wall folds over no search is due, whatever waves ring in it at the start, and nothing changes in any digit."""
+    size = f"grid={{generatrix: {grid[0]}, hoop: {grid[1]}}}"
+    with_folds, without = (drop(size, f"time.courant={courant}", folds=folds) for folds in (True, False))
     for falling in (with_folds, without):
-        falling.advance(until=0.002)
+        falling.advance(until=0.007)
     assert with_folds.state.folds.counts[FoldCount.SEARCHES] == 0
     assert np.array_equal(places_of(with_folds), places_of(without))
+
+
+@pytest.mark.parametrize(("part", "scale"), [("w", 1.0), ("v", 0.5), ("w", -1.0), ("v", -0.5)])
+@pytest.mark.parametrize(("turned", "due"), [(1.25, False), (1.45, True)])
+def test_folds_are_foreseen(part: str, scale: float, turned: float, due: bool) -> None:
+    """An edge of an upright wall that turns over until the next look, by -0.25 or -0.45 of a cell: LATE lies between them.
+
+    Of a row of nodes that climbs or sinks alone, or of a column whose neighbours go round the other way.
+    """
+    falling = drop(*CRUSH)
+    model, state = falling.model, falling.state
+    state.stable_step[0], state.choice[1] = 1e-5, 16
+    speed = turned / (16 * model.courant * 1e-5)
+    velocity = scale * speed * (model.fabric.h1 if part == "w" else model.fabric.h2)
+    for values in (state.nodes.u, state.nodes.v, state.nodes.w):
+        values[:] = 0.0
+    if part == "w":
+        grid_view(state.nodes.w, model)[6] = velocity
+    else:  # column 0, on the x axis, against its neighbours
+        grid_view(state.nodes.v, model)[:, 0] = velocity
+        grid_view(state.nodes.v, model)[:, 1] = -velocity
+        grid_view(state.nodes.v, model)[:, -1] = -velocity
+    for row in range(model.n1 + 1):
+        close_nodes(state.nodes, model.sector, np.uint64(row * model.stride + PAD), model.n2)
+    fold_step(model, state, falling.sweep.by_column)
+    assert state.folds.counts[FoldCount.DUE] == due
+    assert state.folds.counts[FoldCount.STALE] == due
 
 
 def test_step_is_cut_for_fast_cloth() -> None:
