@@ -35,8 +35,7 @@ SLACK = 1.25  # on the travel before contact: blows make some nodes faster
 WIDEST, LEAST = 2.0, 0.125  # by which margins are scaled
 FEW, MANY = 0.1, 1.0  # pairs per face
 BESIDE = 1e-9  # part of the cargo's radius
-UPRIGHT = 0.05  # of an unloaded cell, that each edge climbs or goes round at least where no folds can meet
-LATE = 0.35  # of the same, what may happen beyond that before the next look: folds begin long before they meet
+UPRIGHT = 0.1  # of an unloaded cell, that each edge climbs or goes round at least where no folds can meet
 FACE = 2**32 - 1  # bits of a pair that name the face
 
 
@@ -441,13 +440,12 @@ def watch_shell(nodes, folds, by_column, n1, n2, stride, h1, h2, radius, window)
 
     As long as each cell, seen from the axis, lies the right way round, the shell is a graph over the cylinder between its held
     rows and cannot meet itself: sure where each generatrix edge climbs and each hoop edge goes round, and neither does as much of
-    the other. Rates are taken to last for the window; what they do within LATE only begins a fold. In a step two nodes then near
-    each other by a quarter cell at most. Reads nodes. Writes folds.counts; scratch in by_column.rate, lift.
+    the other. Rates are taken to last for the window. In a step two nodes then near each other by a quarter cell at most.
+    Reads nodes. Writes folds.counts; scratch in by_column.rate, lift.
     """
     x, y, z, u, v, w = nodes.x, nodes.y, nodes.z, nodes.u, nodes.v, nodes.w
     least, speed = by_column.rate, by_column.lift
     climb, turn = UPRIGHT * h1, UPRIGHT * h2 / radius
-    late_climb, late_turn = LATE * h1, LATE * h2 / radius
     columns, above = uint64(n2), uint64(stride)
     for j in range(columns):
         least[j] = 1.0
@@ -459,12 +457,12 @@ def watch_shell(nodes, folds, by_column, n1, n2, stride, h1, h2, radius, window)
             b = a + above
             c = a + uint64(1)
             square = x[a] * x[a] + y[a] * y[a]
-            up = z[b] - z[a] + min(window * (w[b] - w[a]) + late_climb, 0.0)
-            off = abs(z[c] - z[a]) + max(window * abs(w[c] - w[a]) - late_climb, 0.0)
+            up = z[b] - z[a] + window * min(w[b] - w[a], 0.0)
+            off = abs(z[c] - z[a]) + window * abs(w[c] - w[a])
             round_rate = u[a] * y[c] + x[a] * v[c] - v[a] * x[c] - y[a] * u[c]
-            round = x[a] * y[c] - y[a] * x[c] + min(window * round_rate + late_turn * square, 0.0)
+            round = x[a] * y[c] - y[a] * x[c] + window * min(round_rate, 0.0)
             along_rate = u[a] * y[b] + x[a] * v[b] - v[a] * x[b] - y[a] * u[b]
-            along = abs(x[a] * y[b] - y[a] * x[b]) + max(window * abs(along_rate) - late_turn * square, 0.0)
+            along = abs(x[a] * y[b] - y[a] * x[b]) + window * abs(along_rate)
             least[j] = min(least[j], up - climb, climb - off, round - turn * square, turn * square - along)
             speed[j] = max(speed[j], u[b] * u[b] + v[b] * v[b] + w[b] * w[b])
     worst, fastest = 1.0, 0.0
@@ -483,15 +481,15 @@ def watch_meridian(nodes, folds, n1, h1, window):
     z, u, w = nodes.z, nodes.u, nodes.w
     least, fastest = inf, 0.0
     for i in range(n1):
-        least = min(least, z[i + 1] - z[i] + min(window * (w[i + 1] - w[i]) + LATE * h1, 0.0))
+        least = min(least, z[i + 1] - z[i] + window * min(w[i + 1] - w[i], 0.0))
         fastest = max(fastest, u[i + 1] * u[i + 1] + w[i + 1] * w[i + 1])
     return note_watch(folds, int(least <= UPRIGHT * h1), fastest, h1)
 
 
 @kernel
 def note_watch(folds, due, square, edge):
-    """Note whether folds may meet; returns the longest step (s) at the largest speed squared (m^2/s^2)."""
+    """Note whether folds may meet; returns the longest step (s) at the largest speed squared (m^2/s^2), if they may."""
     if due == 1 and folds.counts[FoldCount.DUE] == 0:
         folds.counts[FoldCount.STALE] = 1
     folds.counts[FoldCount.DUE] = due
-    return 0.125 * edge / sqrt(square) if square > 0.0 else inf
+    return 0.125 * edge / sqrt(square) if due == 1 and square > 0.0 else inf
