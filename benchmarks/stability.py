@@ -163,15 +163,15 @@ def wide(count: int = 150, first: int = 0) -> None:
 
 
 def drops(count: int = 1000, first: int = 0, narrow: bool = True) -> None:
-    """Print outcomes of random drops, the largest residual, and what gains energy."""
+    """Print outcomes of random drops, the largest residual, and what gained energy."""
     started, steps, outcomes, failures = time.perf_counter(), 0, Counter(), []
-    residual, gains = 0.0, {}
+    residual, gained = 0.0, {}
     for seed in range(first, first + count):
         drop = Drop(random_case(seed, narrow))
         try:
             summary = drop.run()
             residual = max(residual, abs(summary.energy_error))
-            gains[seed] = summary.fabric_gain
+            gained[seed] = summary.fabric_gain
             outcome = summary.outcome
         except softbrake.Diverged as error:
             summary = error.summary
@@ -184,8 +184,8 @@ def drops(count: int = 1000, first: int = 0, narrow: bool = True) -> None:
     print("\n".join(failures))
     print(f"{count} drops, {steps} steps, {time.perf_counter() - started:.0f} s: {dict(outcomes)}")
     print(f"largest energy residual {residual:.1e} of the initial energy")
-    leading = sorted((seed for seed in gains if gains[seed] > GAIN), key=gains.get, reverse=True)
-    print(f"gains above {GAIN:.0%} of it: " + (", ".join(f"{seed}: {gains[seed]:.1%}" for seed in leading) or "none"))
+    leading = sorted((seed for seed in gained if gained[seed] > GAIN), key=gained.get, reverse=True)
+    print(f"gained above {GAIN:.0%} of it: " + (", ".join(f"{seed}: {gained[seed]:.1%}" for seed in leading) or "none"))
 
 
 if __name__ == "__main__":
