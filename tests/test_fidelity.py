@@ -321,8 +321,8 @@ def test_each_driver_is_compiled_once() -> None:
     for config in ("paper", "sine", "belts-list"):
         drop(config, *COARSE, *PARTS["axisymmetric"]).advance(most=2)
         drop(config, *COARSE, *PARTS["sector of 3"]).advance(until=1e-3)
-    assert len(advance_meridian.signatures) == 1
-    assert len(advance.signatures) == 1
+    assert len(advance_meridian.entry.signatures) == 1
+    assert len(advance.entry.signatures) == 1
 
 
 def test_chunks_of_steps_change_nothing() -> None:
