@@ -40,6 +40,7 @@ from softbrake.state import (
 
 ONE_COLUMN = ("axisymmetric", "lumped")  # fidelities whose arrays hold the generatrix only
 LUMPED_STEPS = 2000  # in which the cargo would fall the shell's height at its first velocity
+WEIGHINGS = 4
 PAIRS_PER_NODE = 8  # near one another, of folds
 PLEATS = 64  # the same of a meridian, all of whose segments may lie on one another
 FREE = 1  # first free node of a meridian
@@ -92,6 +93,8 @@ def build_model(case: Case) -> Model:
         belts.stiffness[:] += belt.stiffness / (contraction if true_tension else 1.0) * part
         belts.coupling[:] += coupling * width
         belts.viscosity[:] += cloth.viscosity * width
+    per_mass = np.concatenate(([0.0], 1.0 / (line_mass[1:-1] * h2), [0.0]))
+    below, above = _pulls(per_mass)
     law = case.pressure
     most_pressure = max(law.value, *law.values, 0.0)
     return Model(
@@ -107,7 +110,9 @@ def build_model(case: Case) -> Model:
         cover_area=0.5 * n2 * radius * radius * sin(2.0 * pi / hoop),
         most_gas_work=most_pressure * pi * case.shell.diameter**2 * case.shell.height,
         mass=0.0 * line_mass if case.model.fidelity == "lumped" else line_mass * h2,
-        per_mass=np.concatenate(([0.0], 1.0 / (line_mass[1:-1] * h2), [0.0])),
+        per_mass=per_mass,
+        below=below,
+        above=above,
         fabric=fabric,
         belts=belts,
         lobes=_lobes(belts.width if "belts" in case.contact else np.zeros(n1 + 1)),
@@ -138,6 +143,20 @@ def build_model(case: Case) -> Model:
             sin=0.0 if sectors == 1 else sin(2.0 * pi / sectors),
         ),
     )
+
+
+def _pulls(per_mass: Floats) -> tuple[Floats, Floats]:
+    """Return `Model.below` and `Model.above` for a chain of rows: Gershgorin's theorem with a weight for each row.
+
+    It holds for any weights. Those of a power iteration never raise the bound (Collatz, Wielandt); a few light rows between
+    heavy ones cannot move as freely as many, which even weights do not know.
+    """
+    weight, below, above = np.ones_like(per_mass), np.zeros_like(per_mass), np.zeros_like(per_mass)
+    for _ in range(WEIGHINGS):
+        below[1:-1] = per_mass[1:-1] + weight[:-2] / weight[1:-1] * per_mass[:-2]
+        above[1:-1] = per_mass[1:-1] + weight[2:] / weight[1:-1] * per_mass[2:]
+        weight[1:-1] *= (below + above)[1:-1] / (below + above).max(initial=0.0)
+    return below, above
 
 
 def build_state(case: Case, model: Model) -> State:

@@ -431,8 +431,12 @@ class _Charter:
             moved = {name: max(moved[name], apart[name]) for name in moved}
             words = f"a disturbance of {SEEDS[0]:g} R grows to {lopsided / radius:.2g} R on {n1} x {setting.hoop} cells"
             least = TOLERANCES[-1] * max(speed_of(summary), LEAST_SPEED * summary.free_fall_velocity)
-            if lopsided > OUT_OF_ROUND * radius or apart["impact_velocity"] > least or twin.summary.outcome != summary.outcome:
+            if lopsided > OUT_OF_ROUND * radius:
                 return None, f"the full shell does not stay round: {words}"
+            if twin.summary.outcome != summary.outcome:
+                return None, f"the full shell ends otherwise than the axisymmetric one: {words}"
+            if apart["impact_velocity"] > least:
+                return None, f"{words} and moves the answer by {apart['impact_velocity']:.2g} m/s"
             if lopsided <= DOUBTFUL * SEEDS[0] * radius:
                 break
         return moved, f"the full shell stays round: {words}"

@@ -355,7 +355,7 @@ def stability(
         if axes
         else []
     )
-    typer.echo(edge_in_words(find_limit(case)))
+    own = find_limit(case)
     if axes:
         try:
             draw_map(points, axes, picture)
@@ -365,6 +365,9 @@ def stability(
         except OSError as error:
             _fail(f"{picture}: {error.strerror or error}", FAILED)
         typer.echo(f"{picture} and {picture.with_suffix('.csv')} written")
+    if not own.edge_found:
+        _fail(f"{case_file}: {edge_in_words(own)}", FAILED)
+    typer.echo(edge_in_words(own))
 
 
 @app.command()

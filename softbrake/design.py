@@ -18,7 +18,7 @@ from softbrake.case import Case, CaseError, FullStop, full_stop, load_case, quan
 from softbrake.convergence import CAUTION, estimate
 from softbrake.drop import Diverged, run
 from softbrake.keys import PHYSICS, key_at
-from softbrake.ladder import BUDGET, Climb, climb, companions, level
+from softbrake.ladder import BUDGET, Climb, climb, companions, level, refinement
 from softbrake.summary import Rung, Summary
 from softbrake.units import Dimension, parse_quantity
 
@@ -325,10 +325,11 @@ def _close_in(attempt: Callable[[float], Point], a: Point, b: Point) -> tuple[Po
 def _numerical_error(case: Case, target: Target, summary: Summary) -> tuple[float | None, str]:
     """Error of the score by three grids, and in words what it rests on."""
     try:
-        coarse, medium, fine = (target.score(case, one) for one in (*companions(case), summary))
+        runs = [*companions(case), summary]
+        coarse, medium, fine = (target.score(case, one) for one in runs)
     except (Diverged, ValueError) as fault:
         return None, f"no error bar: a coarser grid has no answer ({str(fault).split(';')[0]})"
-    found = estimate(coarse, medium, fine, 1.5)
+    found = estimate(coarse, medium, fine, refinement(runs))
     if math.isfinite(found.error):
         return found.error, "grid convergence index of three grids, and the last bracket"
     spread = max(coarse, medium, fine) - min(coarse, medium, fine)

@@ -567,7 +567,7 @@ def companions(case: Case) -> list[Summary]:
 def _with_error_bar(summary: Summary, coarser: Sequence[Summary]) -> Summary:
     """The answer with the errors that its coarser companions show."""
     runs = [*coarser, summary]
-    ratio = _refinement(runs)
+    ratio = refinement(runs)
     velocity = _estimate(runs, "impact_velocity", ratio)
     peaks = {name: _estimate(runs, name, ratio).error for name in PEAKS if getattr(summary, name) is not None}
     outcomes = {run.outcome for run in runs}
@@ -588,7 +588,7 @@ def _with_error_bar(summary: Summary, coarser: Sequence[Summary]) -> Summary:
     )
 
 
-def _refinement(runs: Sequence[Summary]) -> float:
+def refinement(runs: Sequence[Summary]) -> float:
     """Least refinement from one grid to the next, as rounded: the bars are the larger for it."""
     return min(
         min(fine.model.generatrix / coarse.model.generatrix, fine.model.hoop / coarse.model.hoop)

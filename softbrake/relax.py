@@ -53,7 +53,8 @@ class Held:
         nodes, width = state.nodes, state.nodes.x.size // (model.n1 + 1)
         columns = slice(PAD, PAD + model.n2) if width > 1 else slice(None)
         self._height, self._cover = float(state.now[History.HEIGHT]), slice(-width, None)
-        self._free = [part.reshape(model.n1 + 1, width)[1:-1, columns] for part in nodes[3:]]
+        # Not the columns beyond those of the shell: what they hold is nothing.
+        self._x, _, _, *self._free = (part.reshape(model.n1 + 1, width)[1:-1, columns] for part in nodes)
         self._limit = BURST * (model.radius + self._height)
         self.cut(0.0)
         state.steps[0], state.choice[:], state.stable_step[1] = 0, (0, 1), 0.0  # the step is chosen anew
@@ -69,7 +70,7 @@ class Held:
         now[History.TIME], now[History.HEIGHT], now[History.ACCELERATION] = 0.0, self._height, 0.0
         nodes.z[self._cover], nodes.w[self._cover] = self._height, -SINKING
         before, last = np.stack(self._free), float(self.state.last_step[0])
-        if self._advance(self.model) != Outcome.RUNNING or abs(nodes.x).max() > self._limit:
+        if self._advance(self.model) != Outcome.RUNNING or abs(self._x).max() > self._limit:
             return None
         length, after = float(self.state.last_step[0]), np.stack(self._free)
         return Push(after, (after - before) / (0.5 * (last + length)), length)

@@ -43,13 +43,23 @@ class Point:
     courant: float  # of the case
 
     @property
+    def edge_found(self) -> bool:
+        """Whether bisection found the longest stable step."""
+        return bool(np.isfinite(self.found))
+
+    @property
     def ratio(self) -> float:
         """Predicted over found step: at most 1 if the bound is safe."""
         return self.predicted / self.found
 
     @property
     def shown(self) -> tuple[str, ...]:
-        """Predicted and found step in us, and their ratio."""
+        """Predicted and found step in us, and their ratio; or what was not found."""
+        if not np.isfinite(self.predicted):
+            return ("no shape of rest",)
+        if not self.edge_found:
+            kind = "no" if not self.trials[0][1] else "every"
+            return f"{self.predicted * 1e6:.4g}", f"{kind} step stable from {LOW:g} to {HIGH:g} of it"
         return f"{self.predicted * 1e6:.4g}", f"{self.found * 1e6:.4g}", f"{self.ratio:.3f}"
 
 
@@ -130,10 +140,9 @@ def is_stable(drop: Drop, courant: float, steps: int = STEPS) -> bool:
 def edge_in_words(point: Point) -> str:
     """How far the case's own setting is from the edge."""
     if not np.isfinite(point.predicted):
-        return "the shell finds no shape of rest: no stable step is defined"
-    if not np.isfinite(point.found):
-        kind = "no" if not point.trials[0][1] else "every"
-        return f"{kind} step tried from {LOW:g} to {HIGH:g} of the predicted {point.predicted * 1e6:.4g} us is stable"
+        return "no stable step is defined: the shell finds no shape of rest"
+    if not point.edge_found:
+        return "no edge found: predicted us, " + ", ".join(point.shown)
     part = point.courant * point.ratio
     side = f"{1.0 - part:.1%} below" if part <= 1.0 else f"{part - 1.0:.1%} ABOVE"
     return (
@@ -143,12 +152,13 @@ def edge_in_words(point: Point) -> str:
 
 
 def write_csv(points: Sequence[Point], axes: Sequence[Axis], path: Path) -> None:
-    """Write a row per point."""
+    """Write a row per point; what was not found is left empty."""
     with path.open("w", newline="", encoding="utf-8") as file:
         rows = csv.writer(file)
         rows.writerow([*(name for name, _ in axes), "predicted_step_s", "found_step_s", "predicted_over_found"])
         for point in points:
-            rows.writerow([*point.values, f"{point.predicted:.6g}", f"{point.found:.6g}", f"{point.ratio:.4f}"])
+            steps = f"{point.predicted:.6g}", f"{point.found:.6g}", f"{point.ratio:.4f}"
+            rows.writerow([*point.values, *(step.replace("nan", "") for step in steps)])
 
 
 def draw_map(points: Sequence[Point], axes: Sequence[Axis], picture: Path) -> None:

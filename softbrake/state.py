@@ -222,6 +222,8 @@ class Model(NamedTuple):
     most_gas_work: float  # J, more than gas can give: largest pressure times the volume at twice the diameter
     mass: Floats  # kg, of a node of each row, (n1+1,)
     per_mass: Floats  # 1/kg, likewise, zero for the held rows 0 and n1
+    below: Floats  # 1/kg, of both ends of the edge below a row, the other one's weighed, for the bound of the step; likewise
+    above: Floats  # 1/kg, above it
     fabric: Fabric
     belts: Belts
     lobes: Lobes

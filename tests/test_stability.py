@@ -142,7 +142,9 @@ def test_bound_holds_in_a_crumpled_shell() -> None:
     assert falling.sweep.by_row.skew.max() > 0.5
 
 
-@pytest.mark.parametrize("overrides", [(), ("model.scheme=cell", "fabric.viscosity=1")])
+@pytest.mark.parametrize(
+    "overrides", [(), ("model.scheme=cell", "fabric.viscosity=1"), ("grid.hoop=18",), ("grid={generatrix: 6, hoop: 10}",)]
+)
 def test_limit_by_trial_is_that_of_the_eigenvalues(overrides: tuple[str, ...]) -> None:
     inflated = drop(*SMALL, *overrides)
     inflated.inflate()
@@ -173,6 +175,18 @@ def test_command_writes_map_and_points(softbrake: Command, paper: Path, tmp_path
     assert (tmp_path / "map.png").stat().st_size > 10_000
     assert "time.courant 0.5: steps of" in done.stdout
     assert "below the edge found at" in done.stdout
+
+
+def test_points_without_an_edge_say_why(softbrake: Command, paper: Path, tmp_path: Path) -> None:
+    grid = ("--set", "grid={generatrix: 8, hoop: 16}", "--set", "belts.width=30 mm")
+    done = softbrake("stability", paper, *grid, "--over", "fabric.E=3,30 kN/m", "-o", "map.png")
+    assert done.returncode == 0, done.stderr
+    assert "3  no shape of rest" in done.stdout
+    assert "nan" not in done.stdout
+    assert (tmp_path / "map.csv").read_text().splitlines()[1] == "3,,,"
+    alone = softbrake("stability", paper, *grid, "--set", "fabric.E=3")
+    assert alone.returncode == 1
+    assert "the shell finds no shape of rest" in alone.stderr
 
 
 @pytest.mark.parametrize(

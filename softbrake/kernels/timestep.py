@@ -3,9 +3,9 @@
 The leapfrog with damping forces at n-1/2 is stable while 4/dt² M - 2/dt C - K is positive: while rate = 2/dt has
 rate² >= w² + rate D, with w² and D the largest eigenvalues of M^-1 K and M^-1 C. For one mode that is
 dt <= (2/w)(sqrt(1 + xi²) - xi), xi = D/2w. Gershgorin's theorem in blocks of a node bounds both row by row: an edge has
-k (x1 - x2)² <= k (1 + s) x1² + k (1 + 1/s) x2² for every s; with s = m1/m2 that is k (1/m1 + 1/m2) at either node, which light
-rows between heavy ones attain. What the theorem would count too high is taken from waves in a uniform sheet. Slack edges count
-with their stiffness when taut.
+k (x1 - x2)² <= k (1 + s) x1² + k (1 + 1/s) x2² for every s; with s = (m1/m2)(q2/q1), q a weight of each row, that is
+k (1/m1 + (q2/q1)/m2) at node 1 and k (1/m2 + (q1/q2)/m1) at node 2, see build.py. What the theorem would count too high is taken
+from waves in a uniform sheet. Slack edges count with their stiffness when taut.
 """
 
 from math import sqrt
@@ -123,6 +123,7 @@ def fastest_rate(model, by_row, i):
         coupled = shear_1 + shear_2 + fast * sqrt(poisson(fabric, longer, e2[i]))
         square = t1 + t2 + joined(max(k1 - t1, 0.0), max(k2 - t2, 0.0), skew)
         square += max(coupled - fast, 0.0) ** 2 / (4.0 * max(coupled, fast))
+        square = max(square, t1 + t2 + max(shear_1, shear_2))
     else:
         square = max(joined(k1, k2, skew), t1 + t2, shear_1, shear_2)
     return rate_of(model, by_row, i, square, joined(damping_1, damping_2, skew))
@@ -137,8 +138,7 @@ def along(model, by_row, i):
     fabric, per_mass, e1, e2 = model.fabric, model.per_mass, by_row.e1, by_row.e2
     b, a = i - ONE, i + ONE
     aspect = fabric.h2 / fabric.h1
-    below = per_mass[i] + per_mass[b]
-    above = per_mass[i] + per_mass[a]
+    below, above = model.below[i], model.above[i]
     across_below = 0.5 * (e2[b] + e2[i])
     across_above = 0.5 * (e2[i] + e2[a])
     wide_below = aspect * (1.0 + fabric.true_tension * across_below)
