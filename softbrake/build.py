@@ -135,7 +135,6 @@ def build_model(case: Case) -> Model:
             cargo_radius=0.5 * case.cargo.diameter,
             cargo_height=inf if case.cargo.height is None else case.cargo.height,
             axis=int("axis" in case.contact),
-            folds=int("folds" in case.contact),
         ),
         sector=Sector(
             copies=float(sectors),
@@ -189,8 +188,8 @@ def build_state(case: Case, model: Model) -> State:
         felt=np.zeros(1),
         work=Work(*(_rows(1, model.n1 + 1, Work._fields, FREE) if one_column else _rows(1, _lanes(model.n2), Work._fields))),
         folds=build_folds(nodes.x.size, model.n1, 1 if one_column else model.n2, PLEATS if one_column else PAIRS_PER_NODE)
-        if model.contact.folds
-        else build_folds(1, 1, 1, 1),
+        if "folds" in case.contact and case.model.fidelity != "lumped"
+        else None,
     )
 
 

@@ -195,7 +195,6 @@ class Contact(NamedTuple):
     cargo_radius: float  # m
     cargo_height: float  # m
     axis: int  # 1: radii of the axisymmetric shell stay positive
-    folds: int  # 1: the folds of the shell
 
 
 class Sector(NamedTuple):
@@ -289,7 +288,7 @@ class Work(NamedTuple):
 
 
 class Folds(NamedTuple):
-    """Nodes and faces of the shell near one another, and the search for them; all of size 1 where folds are not asked for."""
+    """Nodes and faces of the shell near one another, and the search for them."""
 
     pairs: Ints  # (capacity,), node times 2^32 plus the face's lower left node; those awake in front
     wake: Floats  # m, (capacity,), travel of node and face at which a pair is to be looked at again
@@ -336,7 +335,7 @@ class State(NamedTuple):
     peaks: Floats  # (len(Peak), 3): value, time (s), row
     felt: Floats  # (1,) m/s^2, acceleration of the cargo behind a low-pass
     work: Work
-    folds: Folds
+    folds: Folds | None  # None where they are not asked for: kernels without them are compiled in half of the time
 
 
 class Edges(NamedTuple):

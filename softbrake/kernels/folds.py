@@ -42,11 +42,13 @@ FACE = 2**32 - 1  # bits of a pair that name the face
 
 @kernel
 def part_shell(model, nodes, work, by_column, folds, course, touching):
-    """Keep the folds of the full shell apart in the step to n+1.
+    """Keep the folds of the full shell apart in the step to n+1, where they are asked for: folds is not None.
 
     Reads model, course; touching: whether cover and cargo are in the way. Writes nodes, work.contact; by_column.kinetic,
     on_cargo, impulse; folds.
     """
+    if folds is None:  # decided by type: the rest is not compiled
+        return
     edge = min(model.fabric.h1, model.fabric.h2)
     sheet = sheet_of(model, model.n2, model.stride, PAD, 0.0, edge, touching, 0)
     part_moved(nodes, model.mass, work.contact, by_column.kinetic, folds, course, sheet)
@@ -58,12 +60,16 @@ def part_shell(model, nodes, work, by_column, folds, course, touching):
 def part_meridian(model, nodes, meridian, folds, course):
     """Keep the folds of a meridian apart in the step to n+1: node i of nodes at radius x, height z; y and v zero.
 
-    Reads model, course. Writes nodes, folds, with the impulses on cargo and ground in folds.impulse; add_contact_work books them.
+    Reads model, course. Writes nodes, folds. Returns the impulses on cargo and ground (N s) and whether a node may have moved,
+    for add_contact_work to book; nothing is done where folds is None.
     """
+    if folds is None:
+        return 0.0, 0.0, 0
     contact = model.contact
     touching = (contact.cover == 1 or contact.cargo == 1) and course.next_cover > 0.0
     sheet = sheet_of(model, 1, 1, 0, 0.5 * model.fabric.h1, model.fabric.h1, touching, contact.axis)
     part_moved(nodes, model.mass, meridian.contact, meridian.kinetic, folds, course, sheet)
+    return folds.impulse[0], folds.impulse[1], folds.counts[FoldCount.DUE]
 
 
 @kernel
@@ -442,8 +448,10 @@ def watch_shell(nodes, folds, by_column, n1, n2, stride, h1, h2, radius, window)
     As long as each cell, seen from the axis, lies the right way round, the shell is a graph over the cylinder between its held
     rows and cannot meet itself: sure where each generatrix edge climbs and each hoop edge goes round, and neither does much of
     the other. Rates are taken to last for the window. In a step two nodes then near each other by a quarter cell at most.
-    Reads nodes. Writes folds.counts, travel; scratch in by_column.rate, lift.
+    Reads nodes. Writes folds.counts, travel; scratch in by_column.rate, lift. No step is too long where folds is None.
     """
+    if folds is None:
+        return inf
     x, y, z, u, v, w = nodes.x, nodes.y, nodes.z, nodes.u, nodes.v, nodes.w
     least, speed = by_column.rate, by_column.lift
     climb, slip = 0.2 * h1, 0.05 * h1
@@ -479,12 +487,22 @@ def watch_meridian(nodes, folds, n1, h1, window):
 
     As long as each edge climbs, the meridian is a graph over the axis. As watch_shell.
     """
+    if folds is None:
+        return inf
     z, u, w = nodes.z, nodes.u, nodes.w
     least, fastest = inf, 0.0
     for i in range(n1):
         least = min(least, z[i + 1] - z[i] + window * min(w[i + 1] - w[i], 0.0))
         fastest = max(fastest, u[i + 1] * u[i + 1] + w[i + 1] * w[i + 1])
     return note_watch(folds, int(least <= 0.2 * h1), fastest, h1)
+
+
+@kernel
+def cramped(folds):
+    """Return whether the arrays are too small for the pairs there are."""
+    if folds is None:
+        return False
+    return folds.counts[FoldCount.CRAMPED] == 1
 
 
 @kernel

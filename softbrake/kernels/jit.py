@@ -4,12 +4,14 @@ import hashlib
 import os
 import sys
 import tempfile
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from functools import cached_property
 from pathlib import Path
 from typing import Any
 
 from numba import config, njit
+from numba.core import event
 from numba.core.codegen import JITCodeLibrary
 from numba.core.compiler import Compiler
 from numba.core.registry import CPUDispatcher
@@ -140,6 +142,26 @@ class Kernel(CPUDispatcher):
         part = compiled.library
         self.targetctx.insert_user_function(part, compiled.fndesc, [part])
         self.overloads[tuple(compiled.signature.args)] = compiled._replace(entry_point=part)
+
+
+class _Announcement(event.Listener):
+    def __init__(self, say: Callable[[], None]) -> None:
+        self.say: Callable[[], None] | None = say
+
+    def on_start(self, event: event.Event) -> None:
+        say, self.say = self.say, None
+        if say is not None:
+            say()
+
+    def on_end(self, event: event.Event) -> None:
+        pass
+
+
+@contextmanager
+def before_compiling(say: Callable[[], None]) -> Iterator[None]:
+    """Call say once within the context, at the first kernel that is not found compiled."""
+    with event.install_listener("numba:compile", _Announcement(say)):
+        yield
 
 
 def kernel(function: Callable[..., Any]) -> Kernel:

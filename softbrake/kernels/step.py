@@ -15,7 +15,7 @@ from softbrake.kernels.fabric import (
     update_hoop_tension,
     update_shear,
 )
-from softbrake.kernels.folds import part_shell, watch_shell, window_of
+from softbrake.kernels.folds import cramped, part_shell, watch_shell, window_of
 from softbrake.kernels.geometry import clear_edges, clear_forces, update_area_vectors, update_edges
 from softbrake.kernels.jit import kernel
 from softbrake.kernels.ledger import add_belt_work, add_cargo_work, add_cell_work, add_edge_work, add_shear_work, update_top
@@ -24,7 +24,7 @@ from softbrake.kernels.motion import close_edges, hold_row, lift_row, push_cargo
 from softbrake.kernels.pressure import pressure_at, update_damped_pressure
 from softbrake.kernels.rows import lanes
 from softbrake.kernels.timestep import stable_step
-from softbrake.state import PAD, FoldCount, History, Outcome, Peak, Scheme
+from softbrake.state import PAD, History, Outcome, Peak, Scheme
 
 ONE = uint64(1)
 FIRST = uint64(PAD)
@@ -127,8 +127,7 @@ def sweep_rows(model, state, sweep, dt, length):
                 press_row(nodes, force, area, on_nodes, mean, work, by_column, contact, step, mass[i], node, row, n2)
         else:
             part_lobes(nodes, work, by_column, lobes, contact.ground, model.sector, mass, length, stride, n1, n2)  # (2.5)
-            if contact.folds == 1:
-                part_shell(model, nodes, work, by_column, folds, step, touching)
+            part_shell(model, nodes, work, by_column, folds, step, touching)
             tension, gas = vertical_forces(force, area, on_nodes, n2)
             impulse = total(by_column.on_cargo, n2)
             now[History.CONTACT_FORCE] = sectors * (impulse / dt)
@@ -249,8 +248,7 @@ def advance(model, state, sweep, history, interval, most, until):
     while done < most and now[History.TIME] < until and rows + 1 < history.shape[0]:
         if state.steps[0] >= state.choice[0]:
             choose_step(state, stable_step(model, state.nodes, sweep))  # (3.3)
-            if model.contact.folds == 1:
-                state.stable_step[0] = min(state.stable_step[0], fold_step(model, state, by_column) / model.courant)
+            state.stable_step[0] = min(state.stable_step[0], fold_step(model, state, by_column) / model.courant)
         length, dt = begin_step(model, state)
         height = sweep_rows(model, state, sweep, dt, length)
         if state.steps[0] % interval == 0:
@@ -262,6 +260,6 @@ def advance(model, state, sweep, history, interval, most, until):
         if outcome != Outcome.RUNNING:
             record(history, rows, now)
             return rows + 1, outcome
-        if state.folds.counts[FoldCount.CRAMPED] == 1:
+        if cramped(state.folds):
             break
     return rows, Outcome.RUNNING
