@@ -94,7 +94,10 @@ def build_model(case: Case) -> Model:
         belts.coupling[:] += coupling * width
         belts.viscosity[:] += cloth.viscosity * width
     per_mass = np.concatenate(([0.0], 1.0 / (line_mass[1:-1] * h2), [0.0]))
-    below, above = _pulls(per_mass)
+    below, above = _pulls(per_mass, np.zeros_like(per_mass))
+    shared = 4.0 * per_mass
+    if case.model.scheme == "cell":
+        shared = sum(_pulls(per_mass, shared * belts.stiffness / (fabric.c22 * h1)))
     law = case.pressure
     most_pressure = max(law.value, *law.values, 0.0)
     return Model(
@@ -113,6 +116,7 @@ def build_model(case: Case) -> Model:
         per_mass=per_mass,
         below=below,
         above=above,
+        shared=shared,
         fabric=fabric,
         belts=belts,
         lobes=_lobes(belts.width if "belts" in case.contact else np.zeros(n1 + 1)),
@@ -144,17 +148,19 @@ def build_model(case: Case) -> Model:
     )
 
 
-def _pulls(per_mass: Floats) -> tuple[Floats, Floats]:
+def _pulls(per_mass: Floats, own: Floats) -> tuple[Floats, Floats]:
     """Return `Model.below` and `Model.above` for a chain of rows: Gershgorin's theorem with a weight for each row.
 
     It holds for any weights. Those of a power iteration never raise the bound (Collatz, Wielandt); a few light rows between
     heavy ones cannot move as freely as many, which even weights do not know.
+    own: likewise (1/kg), of what holds a row besides, in parts of the chain's stiffness.
     """
     weight, below, above = np.ones_like(per_mass), np.zeros_like(per_mass), np.zeros_like(per_mass)
     for _ in range(WEIGHINGS):
         below[1:-1] = per_mass[1:-1] + weight[:-2] / weight[1:-1] * per_mass[:-2]
         above[1:-1] = per_mass[1:-1] + weight[2:] / weight[1:-1] * per_mass[2:]
-        weight[1:-1] *= (below + above)[1:-1] / (below + above).max(initial=0.0)
+        rate = (below + above + own)[1:-1]
+        weight[1:-1] *= rate / rate.max(initial=0.0)
     return below, above
 
 

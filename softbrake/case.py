@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
-from dataclasses import asdict, dataclass
+from collections.abc import Iterable, Sequence
+from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import Any, Literal
 
@@ -116,6 +116,20 @@ class Pressure:
     times: tuple[float, ...]  # s, increasing (table), else empty
     values: tuple[float, ...]  # Pa, same length as times
     damping: float  # s/m, nu^n of (2.11)
+
+    @property
+    def start(self) -> float:
+        """At t = 0, Pa."""
+        return {"constant": self.value, "sine": 0.0, "table": self.values[0] if self.values else 0.0}[self.law]
+
+    @property
+    def largest(self) -> float:
+        """Of the law, Pa."""
+        return max(self.value, *self.values, 0.0)
+
+    def steady(self, value: float) -> Pressure:
+        """Return a constant pressure (Pa) in place of the law."""
+        return replace(self, law="constant", value=value, peak_time=0.0, end_time=0.0, times=(), values=())
 
 
 @dataclass(frozen=True)
@@ -408,12 +422,11 @@ class _CaseChecker(Checker):
         if top.get("initial") != "inflated" or self.faults:
             return
         place, where = last_given(root, "", ["initial"])
-        start = {"constant": pressure.value, "sine": 0.0, "table": pressure.values[0] if pressure.values else 0.0}[pressure.law]
         if model["fidelity"] == "lumped":
             self.fault(
                 place, where, "the lumped model has no shell to inflate", "initial: unloaded or another fidelity is wanted"
             )
-        elif start == 0.0:
+        elif pressure.start == 0.0:
             fault = f"the {pressure.law} law starts without pressure"
             self.fault(place, where, fault, "initial: unloaded, or a pressure at t = 0 is wanted")
 
@@ -557,13 +570,32 @@ class _CaseChecker(Checker):
             self.fault(place, where, fault, "peak_time < end_time is wanted")
 
 
+class LongStep(UserWarning):
+    """A run takes longer steps than the longest stable one."""
+
+
+def long_steps(cases: Iterable[Case]) -> str | None:
+    """Return what to say of cases whose steps are longer than the longest stable one; None without any."""
+    stepping = (case for case in cases if case.tolerance is None and case.model.fidelity != "lumped")
+    above = {case.time.courant for case in stepping if case.time.courant > 1.0}
+    if not above:
+        return None
+    number = f"{'up to ' if len(above) > 1 else ''}{max(above):g}"
+    return f"time.courant {number} is above 1, the longest stable step: a run diverges, or slack hides it and tensions are wrong"
+
+
 def auto_courant(shell: Shell, fabric: Fabric, grid: Grid) -> float:
-    """Courant coefficient that is safe for the damping ratio of the grid's shortest waves, viscosity/(h sqrt(E density))."""
+    """Courant coefficient that is safe for the damping ratio of the grid's shortest waves."""
+    ratio = damping_ratio(shell, fabric, grid)
+    return next(courant for least, courant in AUTO_COURANT if ratio >= least)
+
+
+def damping_ratio(shell: Shell, fabric: Fabric, grid: Grid) -> float:
+    """Damping ratio of the grid's shortest waves, viscosity/(h sqrt(E density))."""
     density = fabric.areal_density / (1.0 - fabric.nu12 * fabric.nu21)
     along = shell.height / grid.generatrix * math.sqrt(fabric.E11 * density)
     around = shell.diameter * math.sin(math.pi / grid.hoop) * math.sqrt(fabric.E22 * density)
-    ratio = fabric.viscosity / max(along, around)
-    return next(courant for least, courant in AUTO_COURANT if ratio >= least)
+    return fabric.viscosity / max(along, around)
 
 
 def _belt(height: float, belt: Values, fabric: Values) -> Belt:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, NoReturn
@@ -16,11 +16,13 @@ if TYPE_CHECKING:
 
     from softbrake.case import Case
     from softbrake.designs import Designs
+    from softbrake.stability import Axis, Point
     from softbrake.summary import Summary
     from softbrake.sweep import Plan
 
 FAILED, BAD_INPUT, INTERRUPTED = 1, 2, 130
 COMPILING = "10 to 40 s"
+SET_ASIDE = "tolerance: a run chooses its own grid and step; this is about those of the case"
 
 app = typer.Typer(
     help="Braking of a falling cargo by an inflatable shell of fabric and ring belts.",
@@ -118,9 +120,7 @@ def run(
 
     scale = tension_scale(case) if dimensionless else None
     _check_scale(scale)
-    if case.time.courant > 1.0 and case.tolerance is None:
-        fate = "the run diverges, or slack hides it and tensions are wrong"
-        typer.echo(f"time.courant {case.time.courant:g} exceeds the stable step, 1: {fate}", err=True)
+    _warn_of_long_steps([case])
     if case.tolerance is not None and not quiet:
         typer.echo("tolerance: fidelity, grid and Courant number are chosen, those of the case set aside", err=True)
     _compile([case], quiet)
@@ -154,7 +154,7 @@ def run(
         _fail(error)
     except OSError as error:  # disk full, folder gone
         _fail(f"{results}: {error}", FAILED)
-    except KeyboardInterrupt:  # before the first step: there is nothing to keep
+    except KeyboardInterrupt:  # before the first step, or after the last, when the result file is whole
         _fail("interrupted", INTERRUPTED)
     _show(summary, json, scale)
     if summary.outcome == "interrupted":
@@ -285,8 +285,9 @@ def inflate(
     """Inflate the shell under its cover, held: shape, tensions, force on the cover."""
     if no_results and output is not None:
         _fail("--output and --no-results exclude each other")
-    # The shape is asked for whatever the drop starts from; the checks of an inflated start hold for it too.
-    case = _load(case_file, [*(overrides or ()), "initial=inflated"])
+    case = _load(case_file, overrides)
+    if case.tolerance is not None:
+        typer.echo(SET_ASIDE, err=True)
     results = _result_file(case_file, output, no_results, "-inflated.vtkhdf")
 
     from softbrake import console
@@ -294,8 +295,12 @@ def inflate(
     from softbrake.inflate import inflate as at_rest
     from softbrake.results import ResultError
 
+    if case.model.fidelity not in ("lumped", "auto"):
+        _compile([case], quiet=False)
     try:
         answer = at_rest(case, results, residual)
+    except ValueError as error:
+        _fail(f"{case_file}: {error}")
     except NotInflated as error:
         _fail(error, FAILED)
     except ResultError as error:
@@ -325,46 +330,53 @@ def stability(
 ) -> None:
     """Find the longest stable step by trial, beside the predicted one; map it over keys of the case."""
     case = _load(case_file, overrides)
-    if case.model.fidelity in ("lumped", "auto"):
-        _fail(
-            f"{case_file}: a case of fidelity {case.model.fidelity} has no grid whose waves could grow; --set model.fidelity=full"
-        )
 
-    from softbrake.plot import PlotError
-    from softbrake.stability import draw_map, edge_in_words, find_limit, read_axis, survey, write_csv
+    from softbrake.plot import PlotError, check_picture
+    from softbrake.stability import draw_map, edge_in_words, find_limit, read_axes, survey, write_csv
 
     try:
-        axes = [read_axis(text) for text in over or ()]
+        axes = read_axes(over or ())
     except ValueError as error:
         _fail(error)
     if output is not None and not axes:
         _fail("--output: a map wants at least one axis, --over")
     picture = output or Path(f"{case_file.stem}-stability.png")
-    if axes:
-        _check_folder(picture)
-        for path, values in axes:  # faults are said before the first trial
-            for value in values:
-                _load(case_file, [*(overrides or ()), f"{path}={value}"])
-        typer.echo("  ".join((*(path for path, _ in axes), "predicted us", "found us", "ratio")))
-    points = (
-        survey(
-            lambda values: _load(case_file, [*(overrides or ()), *values]),
-            axes,
-            lambda point: typer.echo("  ".join((*point.values, *point.shown))),
-        )
-        if axes
-        else []
-    )
-    own = find_limit(case)
+    table = picture.with_suffix(".csv")
     if axes:
         try:
-            draw_map(points, axes, picture)
-            write_csv(points, axes, picture.with_suffix(".csv"))
+            check_picture(picture)
         except PlotError as error:
             _fail(error)
-        except OSError as error:
-            _fail(f"{picture}: {error.strerror or error}", FAILED)
-        typer.echo(f"{picture} and {picture.with_suffix('.csv')} written")
+        for file in (picture, table):
+            _check_place(file)
+    cases = [case, *_cases_along(case_file, overrides, axes)]
+    for one in cases:
+        if one.model.fidelity in ("lumped", "auto"):
+            fault = f"a case of fidelity {one.model.fidelity} has no grid whose waves could grow"
+            _fail(f"{case_file}: {fault}; --set model.fidelity=full")
+    if case.tolerance is not None:
+        typer.echo(SET_ASIDE, err=True)
+    _compile(cases, quiet=False)
+    if axes:
+        typer.echo("  ".join((*(path for path, _ in axes), "predicted us", "found us", "ratio")))
+    points: list[Point] = []
+
+    def report(point: Point) -> None:
+        points.append(point)
+        typer.echo("  ".join((*point.values, *point.shown)))
+
+    try:
+        if axes:
+            survey(lambda values: _load(case_file, [*(overrides or ()), *values]), axes, report)
+        own = find_limit(case)
+    except KeyboardInterrupt:
+        if points:
+            _write(table, lambda: write_csv(points, axes, table))
+        _fail(f"interrupted{f'; {len(points)} points in {table}' if points else ''}", INTERRUPTED)
+    if axes:
+        _write(table, lambda: write_csv(points, axes, table))
+        _write(picture, lambda: draw_map(points, axes, picture))
+        typer.echo(f"{picture} and {table} written")
     if not own.edge_found:
         _fail(f"{case_file}: {edge_in_words(own)}", FAILED)
     typer.echo(edge_in_words(own))
@@ -413,6 +425,7 @@ def sweep(
     from softbrake import console
     from softbrake.sweep import Shard, SweepError, read_journals, run_sweep
 
+    _warn_of_long_steps(design.case for design in designs.all)
     if scheduler is None:
         _compile((design.case for design in designs.all), quiet)
     try:
@@ -482,6 +495,7 @@ def design(
     from softbrake.case import CaseError
     from softbrake.design import NotReached, ask, find, piston
 
+    _warn_of_long_steps([case])
     _compile([case], quiet)
     try:
         question = ask(case_file, overrides or (), path, target, between, budget, None if quiet else console.print_rung)
@@ -499,6 +513,7 @@ def design(
         console.print_design(question, stop, found)
         options = [word for change in [*(overrides or ()), f"{path}={found.value:.6g}"] for word in ("--set", change)]
         typer.echo(f"next: {shlex.join(['softbrake', 'run', str(case_file), *options])}")
+    _warn_of_gain(found.summary)
     if found.missed:
         _fail(f"{path}: {found.missed}", FAILED)
     _check_reached(case, found.summary)
@@ -591,6 +606,7 @@ def _show_sweep(plan: Plan, records: dict[str, Any], folder: Path, json: bool) -
     """Write the results of a sweep and print them; exit 1 where a run has no answer."""
     from softbrake import console, sweep_results
     from softbrake.plot import PlotError
+    from softbrake.summary import LARGEST_GAIN
 
     table = sweep_results.rows(plan, records)
     try:
@@ -609,6 +625,9 @@ def _show_sweep(plan: Plan, records: dict[str, Any], folder: Path, json: bool) -
         typer.echo(str(error), err=True)
         written = sweep_results.RESULTS
     typer.echo(f"{written} in {folder}", err=json)
+    if count := len(sweep_results.gaining(table)):
+        what = f"fabric and belts made more than {LARGEST_GAIN:.0%} of the initial energy from nowhere"
+        typer.echo(f"{count} of {len(table)} runs: {what}; see fabric_gain, docs/stability.md", err=True)
     if sweep_results.failures(table):
         raise typer.Exit(FAILED)
 
@@ -637,6 +656,20 @@ def _load(path: Path, overrides: list[str] | None) -> Case:
         _fail(error)
 
 
+def _cases_along(case_file: Path, overrides: list[str] | None, axes: Sequence[Axis]) -> list[Case]:
+    """Return the case with each value of each axis alone, so that faults are said before the first trial."""
+    cases: list[Case] = []
+    for path, values in axes:
+        along: list[Case] = []
+        for value in values:
+            one = _load(case_file, [*(overrides or ()), f"{path}={value}"])
+            if one in along:
+                _fail(f"--over {path}: the value {value} is there twice, the first time as {values[along.index(one)]}")
+            along.append(one)
+        cases += along
+    return cases
+
+
 def _designs(path: Path, overrides: list[str] | None, vary: list[str] | None = None, **settings: str | int | None) -> Designs:
     from softbrake.case import CaseError
     from softbrake.designs import load_designs
@@ -645,6 +678,17 @@ def _designs(path: Path, overrides: list[str] | None, vary: list[str] | None = N
         return load_designs(path, overrides or (), vary or (), settings)
     except CaseError as error:
         _fail(error)
+
+
+def _warn_of_long_steps(cases: Iterable[Case]) -> None:
+    """Say once, in a line, what Python would say at every run."""
+    import warnings
+
+    from softbrake.case import LongStep, long_steps
+
+    if said := long_steps(cases):
+        typer.echo(said, err=True)
+    warnings.simplefilter("ignore", LongStep)
 
 
 def _compile(cases: Iterable[Case], quiet: bool, every: bool = False) -> None:
@@ -697,12 +741,16 @@ def _check_place(file: Path) -> None:
         _fail(f"{file}: may not be written")
 
 
-def _check_folder(file: Path) -> None:
-    """Say before the work what would fail after it."""
-    import os
+def _write(file: Path, write: Callable[[], None]) -> None:
+    """Write a file of results; exit 1 where that fails, as the disk is full or the folder gone."""
+    from softbrake.plot import PlotError
 
-    if not file.parent.is_dir() or not os.access(file.parent, os.W_OK):
-        _fail(f"{file}: may not be written; an existing folder is wanted")
+    try:
+        write()
+    except PlotError as error:
+        _fail(error, FAILED)
+    except OSError as error:
+        _fail(f"{file}: {error.strerror or error}", FAILED)
 
 
 def _check_scale(tension_scale: float | None) -> None:
@@ -725,3 +773,13 @@ def _show(summary: Summary, json: bool, tension_scale: float | None) -> None:
         typer.echo(console.summary_json(summary, tension_scale))
     else:
         console.print_summary(summary, tension_scale)
+    _warn_of_gain(summary)
+
+
+def _warn_of_gain(summary: Summary) -> None:
+    """Say where a run that came to its end made energy of nothing."""
+    from softbrake.summary import LARGEST_GAIN
+
+    if summary.fabric_gain > LARGEST_GAIN and summary.outcome != "diverged":
+        cure = "try a smaller time.courant or more viscosity; docs/stability.md"
+        typer.echo(f"fabric and belts made {summary.fabric_gain:.1%} of the initial energy from nowhere: {cure}", err=True)

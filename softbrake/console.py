@@ -28,6 +28,7 @@ if TYPE_CHECKING:
 Piston = tuple["FullStop", list[tuple[float, Summary]]]
 
 STANDARD_GRAVITY = 9.80665  # m/s^2
+ROUND_OFF = 1e-12  # of the initial energy
 SECONDS_BETWEEN_LINES = 2.0
 
 TENSIONS = ("generatrix", "hoop", "belt")
@@ -100,6 +101,11 @@ def print_summary(summary: Summary, tension_scale: float | None = None, console:
         console.print(f"results in {summary.results}", soft_wrap=True, markup=False, highlight=False)
 
 
+def gain_in_words(summary: Summary) -> str:
+    """What fabric and belts gave beyond what they took and had; below 0 it is what they keep and what viscosity ate."""
+    return "none" if summary.fabric_gain < ROUND_OFF else f"{100 * summary.fabric_gain:.2g} %"
+
+
 def inflation_json(inflation: Inflation) -> str:
     """The static inflation as one JSON object."""
     return json.dumps(asdict(inflation), indent=2, ensure_ascii=False, allow_nan=False)
@@ -111,8 +117,9 @@ def print_inflation(inflation: Inflation) -> None:
     console.print(inflation.title, style="bold", soft_wrap=True)
     console.print(f"Inflated: at rest to a residual of {inflation.residual:.1e} after {inflation.steps} steps.")
     table = _table()
+    late = "the largest; the law starts without" if inflation.pressure_late else ""
     for name, value, unit, note in (
-        ("pressure", f"{inflation.pressure / 1e3:.4g}", "kPa", ""),
+        ("pressure", f"{inflation.pressure / 1e3:.4g}", "kPa", late),
         ("height", f"{inflation.height:.5g}", "m", "held"),
         ("largest radius", f"{inflation.largest_radius:.5f}", "m", f"{inflation.largest_radius_height:.3f} m up"),
         ("volume", f"{inflation.volume:.5g}", "m^3", ""),
@@ -131,7 +138,6 @@ def print_inflation(inflation: Inflation) -> None:
             )
             if tension is not None
         ),
-        ("frequency", f"{inflation.frequency:.1f}", "Hz", "of the motion that came to rest last"),
     ):
         table.add_row(name, value, unit, note)
     console.print()
@@ -248,6 +254,7 @@ def _work(summary: Summary) -> Table:
         depth = f"of folds, to {summary.largest_penetration:.1%} of a cell"
         table.add_row("crossings", str(summary.crossings), "", depth)
     table.add_row("energy residual", f"{summary.energy_error:.2e}", "", "of the initial energy")
+    table.add_row("energy made by fabric", gain_in_words(summary), "", "of the initial energy, from nowhere")
     return table
 
 

@@ -3,12 +3,9 @@
 from __future__ import annotations
 
 import math
-import signal
 import sys
-import threading
 import time
-from collections.abc import Callable, Iterable, Iterator
-from contextlib import contextmanager
+from collections.abc import Callable, Iterable
 from functools import cached_property
 from pathlib import Path
 from typing import NamedTuple
@@ -28,7 +25,9 @@ from softbrake.build import (
     whole_nodes,
     with_room,
 )
-from softbrake.case import Case, parse_case, starter
+from softbrake.case import Case, damping_ratio, parse_case, starter
+from softbrake.interrupt import held_interrupt
+from softbrake.kernels.course import FABRIC_GAIN, energy_given
 from softbrake.kernels.fields import sample_fields
 from softbrake.kernels.jit import PACKAGE, hash_sources
 from softbrake.kernels.lumped import advance_lumped
@@ -40,7 +39,7 @@ from softbrake.kernels.timestep import stable_step
 from softbrake.relax import TOLERANCE, Relaxation, relax
 from softbrake.results import ResultFile
 from softbrake.state import PAD, Floats, FoldCount, History, Meridian, Model, Nodes, Outcome, Peak, State, Sweep
-from softbrake.summary import ModelUsed, Summary, Work
+from softbrake.summary import LARGEST_GAIN, ModelUsed, Summary, Work
 from softbrake.summary import Peak as PeakFound
 
 KERNELS = {"full": advance, "sector": advance, "axisymmetric": advance_meridian, "lumped": advance_lumped}
@@ -50,6 +49,8 @@ HISTORY_ROWS = 4096
 VISCOUS = 1.5  # times longer would the stable step be without viscosity: then that is its limit
 CLOCK = time.perf_counter if sys.platform == "win32" else time.thread_time  # Windows counts CPU time by 16 ms, drops take 1
 NEVER = 2**62  # steps between rows of a history that nobody reads
+UNDAMPED = 0.03  # damping ratio of the shortest wave below which tensions without a potential end either scheme
+LEAKY = 0.3  # below which they may end a run of the default one; see benchmarks/stability.py
 BURST = 1.5  # median hoop stretch; skeleton fabrics are used up to 1.3, and a faulty step stretches a few nodes only
 
 
@@ -131,20 +132,6 @@ def run(
         return drop.run(file, progress, amend)
 
 
-@contextmanager
-def _held_interrupt() -> Iterator[Callable[[], bool]]:
-    """Hold Ctrl-C back, so that it cuts no write to the result file in two; yields a function that tells whether it came."""
-    came: list[int] = []
-    if threading.current_thread() is not threading.main_thread():
-        yield lambda: False  # the main thread takes it
-        return
-    before = signal.signal(signal.SIGINT, lambda number, _: came.append(number))
-    try:
-        yield lambda: bool(came)
-    finally:
-        signal.signal(signal.SIGINT, before)
-
-
 class Drop:
     """A drop under way."""
 
@@ -216,7 +203,7 @@ class Drop:
         outcome = Outcome.RUNNING
         interval = self.case.output.snapshot_interval
         due = math.inf if file is None else 0.0
-        with _held_interrupt() as interrupted:
+        with held_interrupt() as interrupted:
             while outcome == Outcome.RUNNING and not interrupted():
                 now = self.now(History.TIME)
                 if file is not None and now >= due:
@@ -356,6 +343,7 @@ class Drop:
             largest_penetration=0.0 if folds is None else float(folds.penetration[0]),
             crossings=0 if folds is None else int(folds.counts[FoldCount.PIERCED]),
             energy_error=self.energy_error(),
+            fabric_gain=self.fabric_gain() / initial_energy(case, self.model),
             steps=steps,
             time_step=self.now(History.TIME) / steps if steps else 0.0,
             kernel_seconds=self.kernel_seconds,
@@ -373,7 +361,7 @@ class Drop:
         kinetic, gain = self.now(History.KINETIC_ENERGY), self.fabric_gain()
         if not math.isfinite(kinetic):
             excess = "kinetic energy not finite"
-        elif gain > 0.0:
+        elif gain > FABRIC_GAIN * energy_given(self.model, self.state):
             excess = f"fabric and belts gave {gain:.4g} J more than they took"
         else:
             excess = f"kinetic energy {kinetic:.4g} J, more than start, gravity and gas can have given"
@@ -398,17 +386,21 @@ class Drop:
             )
         if self.model.courant > 1.0:
             return f"{self._limit()} exceeded {self.model.courant:.3g} times; try time.courant=auto"
-        if case.model.scheme == "cell":
-            return "the printed scheme's averages do not feel a checkerboard of folds; model.scheme=edge does"
-        if fabric.law == "true_tension" or (fabric.slack == "cut" and fabric.nu12 > 0.0):
+        shorter = f"try time.courant={0.5 * case.time.courant:g}"
+        contact = self.now(History.WORK_CONTACT)
+        if contact > max(self.fabric_gain(), LARGEST_GAIN * energy_given(self.model, self.state)):
+            return f"contact, which gave {contact:.4g} J more than it took; {shorter}"
+        ratio, printed = damping_ratio(case.shell, fabric, case.grid), case.model.scheme == "cell"
+        lawless = fabric.law == "true_tension" or (fabric.slack != "compression" and fabric.nu12 > 0.0)
+        if lawless and ratio < (UNDAMPED if printed else LEAKY):
             return (
-                "tensions without a potential, which gain energy where fabric gets slack and taut again; "
-                "try more viscosity, or fabric.law=nominal_tension with fabric.slack=wrinkle"
+                "tensions without a potential, which gain energy where fabric gets slack and taut again, at any step; "
+                "try more viscosity, or fabric.law=nominal_tension, fabric.slack=wrinkle and fabric.nu12=0, fabric.nu21=0"
+                + (", and model.scheme=edge" if printed else "")
             )
-        return (
-            "waves near the limit of the step, which fabric that gets slack and taut again feeds; "
-            f"try time.courant={0.5 * case.time.courant:g}"
-        )
+        if printed:
+            return "the printed scheme's averages do not feel a checkerboard of folds; model.scheme=edge does"
+        return f"waves near the limit of the step, which fabric that gets slack and taut again feeds; {shorter}"
 
     def _limit(self) -> str:
         """What limits the step, and where: of the shell as it started, the only one known to be sound."""

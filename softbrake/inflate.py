@@ -22,9 +22,17 @@ from softbrake.summary import Inflation
 def inflate(case: Case, results: str | Path | None = None, tolerance: float = TOLERANCE) -> Inflation:
     """Inflate the shell to rest and return what it is then; the result file holds that one instant.
 
-    tolerance: of both residuals of `relax`. Raises NotInflated, and then writes nothing.
+    The pressure is that of t = 0, or where the law starts without any its largest. tolerance: of both residuals of `relax`.
+    Raises NotInflated, and ValueError where there is nothing to inflate, or to inflate with; then writes nothing.
     """
-    drop = Drop(replace(case, initial="unloaded"))
+    if case.model.fidelity in ("lumped", "auto"):
+        raise ValueError(f"a case of fidelity {case.model.fidelity} has no grid of a shell to inflate; model.fidelity=full has")
+    if case.pressure.largest == 0.0:
+        raise ValueError("there is no pressure to inflate the shell with; pressure.value or a table with one is wanted")
+    late = case.pressure.start == 0.0
+    drop = Drop(
+        replace(case, initial="unloaded", pressure=case.pressure.steady(case.pressure.largest) if late else case.pressure)
+    )
     found = drop.inflate(tolerance)
     model, nodes = drop.whole_shell()
     xyz = np.stack([grid_view(part, model) for part in nodes[:3]], axis=-1)
@@ -37,6 +45,7 @@ def inflate(case: Case, results: str | Path | None = None, tolerance: float = TO
     answer = Inflation(
         title=case.title,
         pressure=pressure,
+        pressure_late=late,
         height=drop.now(History.HEIGHT),
         largest_radius=float(radius[widest]),
         largest_radius_height=float(xyz[widest, :, 2].mean()),
@@ -48,7 +57,6 @@ def inflate(case: Case, results: str | Path | None = None, tolerance: float = TO
         tension_belt=drop.now(History.TENSION_BELT) if case.belts else None,
         middle_tension_generatrix=float(fields["tension_generatrix"][rows].mean()),
         middle_tension_hoop=float(fields["tension_hoop"][rows].mean()),
-        frequency=found.frequency,
         residual=found.residual,
         steps=found.steps,
         results=None if results is None else str(results),

@@ -9,13 +9,14 @@ from __future__ import annotations
 import math
 import statistics
 import time
+import warnings
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 from itertools import pairwise
 from pathlib import Path
 
 from softbrake import drop
-from softbrake.case import Case, Fidelity, auto_courant
+from softbrake.case import Case, Fidelity, LongStep, auto_courant, long_steps
 from softbrake.convergence import Estimate, estimate
 from softbrake.drop import Diverged, Drop, Progress
 from softbrake.keys import CONTACT_SETS, UNKNOWN_CONTACT
@@ -93,8 +94,8 @@ def run(
     A case with a tolerance, or with `model.fidelity: auto`, is climbed first; `ladder` and `impact_velocity_error` of the answer
     then say how far it got, and the result file holds one run of the level chosen: of an ensemble the member nearest the answer.
     Else `with_error_bar` asks for two coarser companions. Ctrl-C during a climb, or while its result file is written, gives
-    outcome "interrupted" and what was found. Other arguments and errors as of `climb` and `drop.run`; ValueError where a grid is
-    too coarse for companions.
+    outcome "interrupted" and what was found. Warns (LongStep) of a `time.courant` above 1. Other arguments and errors as of
+    `climb` and `drop.run`; ValueError where a grid is too coarse for companions.
     """
     if case.tolerance is not None:
         try:
@@ -102,6 +103,8 @@ def run(
         except Interrupted as interrupted:
             return interrupted.found.summary
         return found.summary if results is None else _write(found, results, progress)
+    if said := long_steps([case]):
+        warnings.warn(said, LongStep, stacklevel=2)
     if not with_error_bar:
         return drop.run(case, results, progress)
     try:

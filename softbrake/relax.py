@@ -7,11 +7,12 @@ frequency of what still moves. So the lowest mode is damped critically, and no o
 from __future__ import annotations
 
 from collections.abc import Callable
-from math import inf, isfinite, pi, sqrt
+from math import inf, isfinite, sqrt
 from typing import NamedTuple
 
 import numpy as np
 
+from softbrake.interrupt import held_interrupt
 from softbrake.kernels.pressure import pressure_at
 from softbrake.state import PAD, Floats, History, Model, Outcome, State
 
@@ -32,7 +33,6 @@ class Relaxation(NamedTuple):
 
     converged: bool
     residual: float  # the larger one of the two of `relax`; infinite where the shell grew without end
-    frequency: float  # Hz, of what moved last, by Rayleigh's quotient
     steps: int
 
 
@@ -92,8 +92,16 @@ def relax(model: Model, state: State, advance: Advance, tolerance: float = TOLER
     Writes state. The fabric's own viscosity, which alters no shape of rest, is left out: it would shorten the step. The shell
     counts as at rest where two residuals are within the tolerance: forces out of balance over those of the pressure, and what is
     left to go, v/w, over the radius; both are root mean squares over the free nodes. w² = -v·m(a' - a)/(step v·m v) is Rayleigh's
-    quotient of the motion, a and a' the accelerations before and after a step.
+    quotient of the motion, a and a' the accelerations before and after a step. Raises KeyboardInterrupt between two steps.
     """
+    with held_interrupt() as interrupted:
+        return _relax(model, state, advance, tolerance, most, interrupted)
+
+
+def _relax(
+    model: Model, state: State, advance: Advance, tolerance: float, most: int, interrupted: Callable[[], bool]
+) -> Relaxation:
+    """As `relax`, told of Ctrl-C."""
     calm = model.fabric._replace(viscosity=0.0), model.belts._replace(viscosity=0.0 * model.belts.viscosity)
     courant = min(model.courant, COURANT)
     held = Held(model._replace(fabric=calm[0], belts=calm[1], courant=courant), state, advance)
@@ -101,9 +109,11 @@ def relax(model: Model, state: State, advance: Advance, tolerance: float = TOLER
     load = pressure_at(model.pressure, 0.0) * model.fabric.h1 * model.fabric.h2
     done, residual, frequency = 0, inf, 0.0
     while done < most:
+        if interrupted():
+            raise KeyboardInterrupt
         first, second = held.push(), held.push()
         if first is None or second is None:
-            return Relaxation(False, inf, frequency / (2.0 * pi), done)
+            return Relaxation(False, inf, done)
         moving = float((mass * first.velocity**2).sum())
         if moving > 0.0:
             change = float((mass * first.velocity * (second.acceleration - first.acceleration)).sum())
@@ -123,4 +133,4 @@ def relax(model: Model, state: State, advance: Advance, tolerance: float = TOLER
             held.cut(kept)
         done += STEPS_PER_LOOK
     held.rest()
-    return Relaxation(residual <= tolerance, residual, frequency / (2.0 * pi), done)
+    return Relaxation(residual <= tolerance, residual, done)

@@ -14,7 +14,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from softbrake.console import STANDARD_GRAVITY, TENSIONS, outcome_in_words
+from softbrake.console import STANDARD_GRAVITY, TENSIONS, gain_in_words, outcome_in_words
 from softbrake.keys import CONTACT, key_at
 from softbrake.page import Curve, Mark, chart, page, table
 from softbrake.plot import cut, moments
@@ -299,6 +299,7 @@ def _computed(summary: Summary) -> str:
     ]
     works = [[f"work, {name}", f"{value:.2f} J"] for name, value in asdict(summary.work).items()]
     works.append(["energy residual", f"{summary.energy_error:.1e} of the initial energy"])
+    works.append(["energy made by fabric", gain_in_words(summary)])
     text = "".join(f"<p>{escape(line)}</p>" for line in lines) + table(("", ""), works, 1)
     if summary.ladder:
         rows = [

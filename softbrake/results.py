@@ -208,19 +208,24 @@ def read_summary(path: Path | str) -> Summary | None:
         if "softbrake/summary" not in file:
             return None
         text = json.loads(file["softbrake/summary"][()])
-    text["peaks"] = {name: Peak(**peak) for name, peak in text["peaks"].items()}
-    text["work"] = Work(**text["work"])
-    text["model"] = ModelUsed(**text["model"])
-    text["ladder"] = [Rung(**rung) for rung in text["ladder"]]
-    if (found := text.get("sensitivity")) is not None:
-        text["sensitivity"] = Sensitivities(**{**found, "inputs": [Sensitivity(**row) for row in found["inputs"]]})
-    return Summary(**text)
+    with _of_this_version(path):
+        text["peaks"] = {name: Peak(**peak) for name, peak in text["peaks"].items()}
+        text["work"] = Work(**text["work"])
+        text["model"] = ModelUsed(**text["model"])
+        text["ladder"] = [Rung(**rung) for rung in text["ladder"]]
+        if (found := text.get("sensitivity")) is not None:
+            text["sensitivity"] = Sensitivities(**{**found, "inputs": [Sensitivity(**row) for row in found["inputs"]]})
+        return Summary(**text)
 
 
 def read_inflation(path: Path | str) -> Inflation | None:
     """The answer of a static inflation; None in the file of a drop. Raises ResultError."""
     with _open(path) as file:
-        return Inflation(**json.loads(file["softbrake/inflation"][()])) if "softbrake/inflation" in file else None
+        if "softbrake/inflation" not in file:
+            return None
+        text = json.loads(file["softbrake/inflation"][()])
+    with _of_this_version(path):
+        return Inflation(**text)
 
 
 def read_case(path: Path | str) -> dict[str, Any]:
@@ -358,6 +363,15 @@ def _append(dataset: h5py.Dataset, rows: NDArray[Any]) -> None:
 
 def _reason(error: OSError) -> str:
     return os.strerror(error.errno) if error.errno else str(error).splitlines()[0]
+
+
+@contextmanager
+def _of_this_version(path: Path | str) -> Iterator[None]:
+    """Say so where an answer has not the fields that this version's has."""
+    try:
+        yield
+    except (KeyError, TypeError) as error:
+        raise ResultError(f"{path}: its answer is that of another version of softbrake; run the case again") from error
 
 
 @contextmanager

@@ -18,6 +18,7 @@ import numpy as np
 
 from softbrake.case import Case
 from softbrake.drop import Drop, NotInflated
+from softbrake.interrupt import held_interrupt
 from softbrake.plot import BLUE, GREEN, GREY, INK, RED, STYLE, load_matplotlib, save
 from softbrake.relax import Held
 
@@ -63,6 +64,15 @@ class Point:
         return f"{self.predicted * 1e6:.4g}", f"{self.found * 1e6:.4g}", f"{self.ratio:.3f}"
 
 
+def read_axes(texts: Sequence[str]) -> list[Axis]:
+    """Return the axes of several texts. Raises ValueError."""
+    axes = [read_axis(text) for text in texts]
+    for number, (path, _) in enumerate(axes):
+        if path in (other for other, _ in axes[:number]):
+            raise ValueError(f"--over {path}: an axis twice; all its values are wanted in one, {path}=A,B,...")
+    return axes
+
+
 def read_axis(text: str) -> Axis:
     """Return path and values of `PATH=A,B,...`; commas within brackets part no values. Raises ValueError."""
     path, _, given = text.partition("=")
@@ -87,8 +97,7 @@ def survey(
 
 def find_limit(case: Case) -> Point:
     """Inflate the shell of a case by the largest pressure of its law, and bisect for the largest stable step."""
-    most = max(case.pressure.value, *case.pressure.values, 0.0)
-    pressure = replace(case.pressure, law="constant", value=most, times=(), values=())
+    pressure = case.pressure.steady(case.pressure.largest)
     # Inflated with steps below any limit; the bound then stands for the state, whatever the case's coefficient.
     drop = Drop(replace(case, initial="unloaded", pressure=pressure, time=replace(case.time, courant=LOW)))
     none = Point((), np.nan, np.nan, (), case.time.courant)
@@ -117,11 +126,22 @@ def find_limit(case: Case) -> Point:
 
 
 def is_stable(drop: Drop, courant: float, steps: int = STEPS) -> bool:
-    """Whether a hair's disturbance of a shell at rest dies or stays, in steps of a part of the predicted one."""
+    """Whether a hair's disturbance of a shell at rest dies or stays, in steps of a part of the predicted one.
+
+    Raises KeyboardInterrupt between two steps.
+    """
+    with held_interrupt() as interrupted:
+        return _is_stable(drop, courant, steps, interrupted)
+
+
+def _is_stable(drop: Drop, courant: float, steps: int, interrupted: Callable[[], bool]) -> bool:
+    """As `is_stable`, told of Ctrl-C."""
     drop.disturb(HAIR * min(drop.model.fabric.h1, drop.model.fabric.h2), SEED)
     held = Held(drop.model._replace(courant=courant), drop.state, drop.step)
     least, last = np.inf, np.zeros(())
     for _ in range(-(-steps // WINDOW)):
+        if interrupted():
+            raise KeyboardInterrupt
         size = turn = 0.0
         for _ in range(WINDOW):
             push = held.push()

@@ -223,6 +223,7 @@ class Model(NamedTuple):
     per_mass: Floats  # 1/kg, likewise, zero for the held rows 0 and n1
     below: Floats  # 1/kg, of both ends of the edge below a row, the other one's weighed, for the bound of the step; likewise
     above: Floats  # 1/kg, above it
+    shared: Floats  # 1/kg, four over the mass, which rows share whose hoops the printed scheme averages; likewise
     fabric: Fabric
     belts: Belts
     lobes: Lobes

@@ -5,6 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import Literal
 
+LARGEST_GAIN = 0.01  # of the initial energy from nowhere, above which a run is not to be trusted without a second look
+
 
 @dataclass(frozen=True)
 class Peak:
@@ -58,6 +60,7 @@ class Inflation:
 
     title: str
     pressure: float  # Pa
+    pressure_late: bool  # whether it is not that of t = 0, where the law has none, but its largest
     height: float  # m, of the cover
     largest_radius: float  # m, mean around the hoop
     largest_radius_height: float  # m above the ground
@@ -69,7 +72,6 @@ class Inflation:
     tension_belt: float | None  # N/m, largest; None without belts
     middle_tension_generatrix: float  # N/m, at half the unloaded height, mean around the hoop
     middle_tension_hoop: float  # N/m
-    frequency: float  # Hz, of the motion that came to rest last
     residual: float  # of forces out of balance over those of the pressure, or of what is left to go over the radius
     steps: int
     results: str | None  # path of the result file
@@ -116,6 +118,7 @@ class Summary:
     largest_penetration: float  # of folds into one another, over an unloaded cell
     crossings: int  # how often a node was not kept from passing a face of another fold
     energy_error: float  # residual of the work ledger over initial kinetic plus potential energy
+    fabric_gain: float  # what fabric and belts gave beyond what they took and had, over the same; above 0 it came from nowhere
     steps: int
     time_step: float  # s, mean
     kernel_seconds: float  # s of CPU

@@ -15,6 +15,7 @@ from rich.table import Table
 from softbrake.console import STANDARD_GRAVITY
 from softbrake.designs import Axis
 from softbrake.plot import BLUE, GREEN, GREY, INK, ORANGE, RED, STYLE, PlotError, load_matplotlib, save
+from softbrake.summary import LARGEST_GAIN
 from softbrake.sweep import Plan, Record
 
 if TYPE_CHECKING:
@@ -102,6 +103,11 @@ def write_results(folder: Path, plan: Plan, table: Sequence[Row]) -> None:
 def failures(table: Sequence[Row]) -> list[str]:
     """A line for each run without an answer: its number, the values of its axes and the reason."""
     return [f"run {row['run']}: {row['fault']}" for row in table if row["fault"]]
+
+
+def gaining(table: Sequence[Row]) -> list[Row]:
+    """Runs that came to their end though fabric and belts made more than LARGEST_GAIN of the initial energy."""
+    return [row for row in table if not row["fault"] and row["fabric_gain"] > LARGEST_GAIN]
 
 
 def print_table(plan: Plan, table: Sequence[Row], console: Console | None = None) -> None:

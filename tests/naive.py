@@ -390,12 +390,20 @@ def step(model: Model, x: Floats, v: Floats, time: float, dt: float, step: float
 # Stable step: (3.3)
 
 
-def weights(model: Model) -> Floats:
-    """Of the rows: one after three power iterations of a chain whose edges are all as stiff, signs dropped; 0 where held."""
+def weights(model: Model, belts: float = 0.0) -> Floats:
+    """Of the rows: one after three power iterations of a chain whose edges are all as stiff, signs dropped; 0 where held.
+
+    belts: stiffness (N) of those edges, four times, where belts hold the rows as well."""
     inverse = 1.0 / model.mass[1:-1]
-    chain = np.diag(2.0 * inverse) + np.diag(inverse[1:], 1) + np.diag(inverse[:-1], -1)
+    held = 4.0 * inverse * model.belts.stiffness[1:-1] / belts if belts else 0.0 * inverse
+    chain = np.diag(2.0 * inverse + held) + np.diag(inverse[1:], 1) + np.diag(inverse[:-1], -1)
     found = np.linalg.matrix_power(chain / inverse.max(), 3) @ np.ones(len(inverse))
     return np.concatenate(([0.0], found, [0.0]))
+
+
+def shares(model: Model, weight: Floats, i: int) -> float:
+    """Sum (1/kg) of 1/m of row i and of that of each row next to it, weighed; nothing of held rows."""
+    return sum(1.0 / model.mass[i] + weight[k] / (weight[i] * model.mass[k]) for k in (i - 1, i + 1))
 
 
 def stable_step(model: Model, x: Floats) -> float:
@@ -410,42 +418,45 @@ def stable_step(model: Model, x: Floats) -> float:
         for vectors, taut in ((edge.along_1, s.e1 > -0.02), (edge.along_2, s.e2 > -0.02))
     )
     true, least, p = fabric.true_tension, np.inf, model.pressure.most
-    weight = weights(model)
+    weight, by_belts = weights(model), weights(model, fabric.c22 * fabric.h1)
     for i in range(1, n1):
         corners = [dot(g[k], h) for k in (i - 1, i) for g in (unit_1,) for h in (unit_2[i], left(unit_2)[i])]
         skew = float(np.max(np.square(corners)))
         mass = model.mass[i]
         around, across = 4.0 / mass, {}
-        stiff_1 = damper_1 = pull_1 = both = 0.0
+        stiff_1 = damper_1 = pull_1 = 0.0
+        both, shared = shares(model, weight, i), around if model.scheme == Scheme.EDGE else shares(model, by_belts, i)
         for k, other in ((i - 1, i - 1), (i, i + 1)):  # edge below, edge above, and the row at its other end
-            between = 1.0 / mass + (0.0 if other in (0, n1) else weight[other] / (weight[i] * model.mass[other]))
+            between = 1.0 / mass + weight[other] / (weight[i] * model.mass[other])
             across[k] = 0.5 * (e2[k] + e2[k + 1])
             width = fabric.h2 * (1.0 + true * across[k])
             stiff_1 += between * fabric.c11 * width / fabric.h1
             damper_1 += between * fabric.viscosity * width / fabric.h1
             pull_1 += 2.0 / mass * max(fabric.c11 * e1[k] + fabric.c12 * across[k], 0.0) * width / (fabric.h1 * (1.0 + e1[k]))
-            both += between
         longer = max(e1[i - 1], e1[i])
         width = fabric.h1 * (1.0 + true * 0.5 * (e1[i - 1] + e1[i]))
         load = max(fabric.c22 * e2[i] + fabric.c21 * longer, 0.0) * width + belts.stiffness[i] * e2[i]
-        stiff_2 = around * (fabric.c22 * width + belts.stiffness[i]) / fabric.h2
-        damper_2 = around * (fabric.viscosity * width + belts.viscosity[i]) / fabric.h2
+        stiff_2 = (shared * fabric.c22 * width + around * belts.stiffness[i]) / fabric.h2
+        damper_2 = (shared * fabric.viscosity * width + around * belts.viscosity[i]) / fabric.h2
         pull_2 = around * load / (fabric.h2 * (1.0 + e2[i]))
 
         def joined(one: float, other: float, cosine: float = sqrt(skew)) -> float:
             n, m = np.array([1.0, 0.0]), np.array([cosine, sqrt(1.0 - min(cosine**2, 1.0))])
             return float(np.linalg.eigvalsh(one * np.outer(n, n) + other * np.outer(m, m)).max())
 
-        shear_1 = around * fabric.g12 * (1.0 + longer) ** 2 * fabric.h1 / fabric.h2
+        shear_1 = both * fabric.g12 * (1.0 + longer) ** 2 * fabric.h1 / fabric.h2
         shear_2 = both * fabric.g12 * (1.0 + e2[i]) ** 2 * fabric.h2 / fabric.h1
         if model.scheme == Scheme.EDGE:
             wide_1, wide_2 = 1.0 + true * longer, 1.0 + true * e2[i]
             by_e2 = fabric.c12 * wide_2 + true * (fabric.c11 * longer + fabric.c12 * e2[i])
             by_e1 = fabric.c21 * wide_1 + true * (fabric.c22 * e2[i] + fabric.c21 * longer)
+            crossed = max(stiff_1, stiff_2) * sqrt(by_e2 * by_e1 / (fabric.c11 * wide_2 * fabric.c22 * wide_1))
+            coupled = shear_1 + shear_2 + crossed
+            stiff_1 += max(around / both - 1.0, 0.0) * (shear_1 + crossed)
             fast = max(stiff_1, stiff_2)
-            coupled = shear_1 + shear_2 + fast * sqrt(by_e2 * by_e1 / (fabric.c11 * wide_2 * fabric.c22 * wide_1))
             square = pull_1 + pull_2 + joined(max(stiff_1 - pull_1, 0.0), max(stiff_2 - pull_2, 0.0))
             square += max(coupled - fast, 0.0) ** 2 / (4.0 * max(coupled, fast))
+            square = max(square, shear_1 + pull_2, shear_2 + pull_1)
         else:
             square = max(joined(stiff_1, stiff_2), pull_1 + pull_2, shear_1, shear_2)
         length_1, length_2 = fabric.h1 * (1.0 + longer), fabric.h2 * (1.0 + e2[i])

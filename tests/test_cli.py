@@ -242,6 +242,12 @@ def test_json_holds_the_summary_and_on_request_the_dimensionless_tensions() -> N
     }
 
 
+@pytest.mark.parametrize(("gain", "words"), [(-0.2, "none"), (1e-17, "none"), (0.0234, "2.3 %"), (float("nan"), "nan %")])
+def test_energy_made_by_fabric_in_words(gain: float, words: str) -> None:
+    line = next(line for line in printed(replace(summary(), fabric_gain=gain)).splitlines() if "made by fabric" in line)
+    assert line.split("  of the")[0].removeprefix("energy made by fabric").strip() == words
+
+
 def test_json_knows_no_nan() -> None:
     assert json.loads(console.summary_json(replace(summary(), energy_error=float("nan"))))["energy_error"] is None
 

@@ -21,7 +21,7 @@ from softbrake.state import History
 
 
 def test_checkerboard_grows_in_the_printed_scheme_only() -> None:
-    """Seeded with a micrometre: millimetres against some hundredths of one where the default scheme's shell is crushed."""
+    """Seeded with a micrometre: millimetres against less than a tenth of one where the default scheme's shell is crushed."""
     _, printed = checkerboard("cell")
     _, default = checkerboard("edge")
     assert printed.max() > 1e3 * 1e-6
@@ -29,14 +29,16 @@ def test_checkerboard_grows_in_the_printed_scheme_only() -> None:
 
 
 def test_courant_number_above_the_bound() -> None:
-    assert held_motion(inflated("fabric.viscosity=0"), 1.1).max() > 1.0
+    speeds = held_motion(inflated("fabric.viscosity=0"), 1.1)
+    assert speeds.max() > 1.0
+    assert speeds[7:16] / speeds[6:15] == pytest.approx(2.0, abs=0.15)
     assert held_motion(inflated("fabric.viscosity=0"), 0.95).max() < 1e-3
 
 
 def test_lagged_viscosity_beyond_its_limit() -> None:
     """The undamped limit is sqrt(1 + xi²) + xi times too long, xi the damping ratio of the shortest wave."""
     factor = viscosity_ignored(2.0)
-    assert factor > 2.0
+    assert factor == pytest.approx(2.9, abs=0.05)
     assert held_motion(inflated("fabric.viscosity=2"), factor).max() > 1.0
     assert held_motion(inflated("fabric.viscosity=2"), 0.95).max() < 1e-3
 
@@ -64,11 +66,11 @@ def test_slack_taut_cycling() -> None:
 
 
 def test_down_to_the_ground() -> None:
-    """At 5 % of the height the automatic step is no shorter than a third of the first one, and the run goes on to the end."""
+    """At 5 % of the height the automatic step is no shorter than 0.8 of the first one, and the run goes on to the end."""
     rows = history(*ROUND, "time.courant=auto")
     low = rows[(rows[:, History.HEIGHT] < 0.05 * 0.6) & (rows[:, History.TIME_STEP] > 0.0)]
     assert len(low) > 100
-    assert low[:, History.TIME_STEP].min() > rows[0, History.TIME_STEP] / 3
+    assert low[:, History.TIME_STEP].min() > 0.8 * rows[0, History.TIME_STEP]
     assert rows[-1, History.HEIGHT] == 0.0
 
 
@@ -81,20 +83,29 @@ def test_hoops_that_carry_compression_are_not_for_the_axisymmetric_shell() -> No
         for part, grid in (("full", full), ("round", (*ROUND, *others)))
         for slack in ("compression", "cut")
     }
-    assert abs(found["round", "compression"] - found["full", "compression"]) > 0.3
-    assert abs(found["round", "cut"] - found["full", "cut"]) < 0.2
+    assert found["round", "compression"] == pytest.approx(3.45, abs=0.02)
+    assert found["full", "compression"] == pytest.approx(4.0, abs=0.1)
+    assert found["round", "cut"] == pytest.approx(4.2, abs=0.1)
+    assert found["full", "cut"] == pytest.approx(4.2, abs=0.1)
 
 
 def test_nearly_degenerate_cell_recovers() -> None:
-    for share in (0.01, 0.5):
+    for share, part in ((0.01, 0.64), (0.5, 0.78)):
         bound, speeds = degenerate(share)
-        assert 0.3 < bound < 1.0
+        assert bound == pytest.approx(part, abs=0.03)
         assert np.isfinite(speeds).all()
         assert speeds[-100:].max() < 0.1 * speeds[0:10].max()
 
 
-def test_million_steps() -> None:
-    found = million()
-    assert found["energy"] < 1e-10
-    assert found["momentum"] < 1e-12
-    assert found["peaks"].max() < 1.15 * found["peaks"][0]
+@pytest.mark.parametrize(("courant", "steps", "drift", "rise"), [("auto", 1_000_000, 0.1, 1.1), ("0.1", 3_600_000, 0.01, 1.01)])
+def test_million_steps(courant: str, steps: int, drift: float, rise: float) -> None:
+    """Energy and momentum do not drift: the works booked are what fabric and gas store, to a share of the energy of motion.
+
+    At the automatic step the highest tension jumps by 8 % at 0.6 million steps, at a shorter one, over the same time, never.
+    """
+    found = million(steps, courant)
+    first, last = np.split(found.made, 2)
+    assert abs(last.mean() - first.mean()) < drift * found.moving.mean()
+    assert 0.5 < found.moving[-50:].mean() / found.moving[:50].mean() < 1.5
+    assert found.momentum < 1e-16
+    assert found.peaks.max() < rise * found.peaks[0]

@@ -1,5 +1,7 @@
 """Static inflation against exact shapes, and what it says where there is none."""
 
+import json
+import re
 from math import cos, pi
 from pathlib import Path
 
@@ -19,6 +21,7 @@ from softbrake.state import History, Model, Outcome
 
 CONFIGS = Path(__file__).resolve().parents[1] / "configs"
 FINE = ("model.fidelity=axisymmetric", "grid={generatrix: 112, hoop: 720}", "gravity=0")
+OWN = ()  # of the file, 36 x 90 cells of the full shell
 STIFFNESS = 20e3 / (1 - 0.25**2)
 
 
@@ -27,15 +30,16 @@ def case(*overrides: str, config: str = "no-belts") -> Case:
 
 
 @pytest.mark.parametrize("law", ["true_tension", "nominal_tension"])
-@pytest.mark.parametrize("grid", [FINE, ("grid={generatrix: 60, hoop: 120}", "gravity=0")])
+@pytest.mark.parametrize("grid", [FINE, ("grid={generatrix: 60, hoop: 120}", "gravity=0"), OWN])
 def test_cylinder_between_covers(law: str, grid: tuple[str, ...]) -> None:
     """field.md 2: radius 0.301913 m, tensions 1641.04 and 4563.31 N/m, 1381.70 N on the cover with the paper's law."""
     exact = static_cylinder(STIFFNESS, 0.25, 15696.0, 0.25, 0.6, law == "true_tension")
     found = inflate(case(f"fabric.law={law}", *grid))
     assert found.largest_radius == pytest.approx(exact.radius, rel=1e-3)
-    assert found.middle_tension_generatrix == pytest.approx(exact.tension_1, rel=2e-3)
-    assert found.middle_tension_hoop == pytest.approx(exact.tension_2, rel=1e-3)
-    assert found.wall_pull == pytest.approx(exact.pull, rel=3e-3)
+    assert found.middle_tension_generatrix == pytest.approx(exact.tension_1, rel=4e-3 if grid is OWN else 2e-3)
+    assert found.middle_tension_hoop == pytest.approx(exact.tension_2, rel=1.2e-3 if grid is OWN else 1e-3)
+    assert found.wall_pull == pytest.approx(exact.pull, rel=6e-3 if grid is OWN else 3e-3)
+    assert found.cover_force == pytest.approx(15696.0 * pi / 16 - exact.pull, rel=6e-3)
     if grid is FINE:
         assert found.middle_tension_generatrix == pytest.approx(exact.tension_1, rel=1e-3)
         assert found.wall_pull == pytest.approx(exact.pull, rel=1e-3)
@@ -154,6 +158,36 @@ def test_faults(overrides: tuple[str, ...], fault: str) -> None:
         case("initial=inflated", *overrides)
     assert len(caught.value.faults) == 1
     assert fault in caught.value.faults[0]
+
+
+def test_a_law_that_starts_without_pressure_inflates_by_its_largest(softbrake: Command, paper: Path) -> None:
+    """As `stability` does, and says so; a drop from the inflated shape is another matter."""
+    small = ("--set", "grid={generatrix: 8, hoop: 16}", "--set", "belts.width=30 mm", "--set", "initial=unloaded")
+    sine = softbrake("inflate", paper, *small, "--set", "pressure={law: sine, value: 12 kPa, peak_time: 0.1 s}", "--json")
+    assert sine.returncode == 0, sine.stderr
+    steady = softbrake("inflate", paper, *small, "--set", "pressure.value=12 kPa", "--json")
+    late, at_once = json.loads(sine.stdout), json.loads(steady.stdout)
+    assert (late["pressure_late"], at_once["pressure_late"]) == (True, False)
+    same = ("pressure", "volume", "cover_force", "tension_hoop", "steps")
+    assert [late[name] for name in same] == [at_once[name] for name in same]
+    table = ("--set", "pressure={law: table, times: [0 s, 0.1 s, 0.2 s], values: [0, 12 kPa, 3 kPa]}")
+    shown = softbrake("inflate", paper, *small, *table).stdout
+    assert re.search(r"pressure +12 kPa +the largest; the law starts without\n", re.sub(" +\n", "\n", shown))
+
+
+@pytest.mark.parametrize(
+    ("override", "fault"),
+    [
+        ("pressure.value=0", "there is no pressure to inflate the shell with"),
+        ("model.fidelity=lumped", "fidelity lumped has no grid of a shell"),
+        ("model.fidelity=auto", "fidelity auto has no grid of a shell"),
+    ],
+)
+def test_nothing_to_inflate(softbrake: Command, paper: Path, override: str, fault: str) -> None:
+    done = softbrake("inflate", paper, "--set", override)
+    assert done.returncode == 2
+    assert done.stderr.splitlines()[-1].startswith(f"{paper}: ") and fault in done.stderr
+    assert "Traceback" not in done.stderr
 
 
 def test_command(softbrake: Command, paper: Path, tmp_path: Path) -> None:

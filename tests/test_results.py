@@ -5,6 +5,7 @@ import os
 import subprocess
 import sys
 import time
+from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 
@@ -224,3 +225,18 @@ def test_messages(tmp_path: Path, small: Path) -> None:
         ResultFile.create(tmp_path / "drop.h5", drop.case(4, 8), version="1", source_hash="a")
     with pytest.raises(ResultError, match="cannot be written: No such file or directory"):
         ResultFile.create(tmp_path / "no" / "drop.vtkhdf", drop.case(4, 8), version="1", source_hash="a")
+
+
+@pytest.mark.parametrize(("name", "read"), [("summary", results.read_summary), ("inflation", results.read_inflation)])
+def test_answer_of_another_version_is_no_traceback(
+    tmp_path: Path, small: Path, name: str, read: Callable[[Path], object]
+) -> None:
+    """Fields come and go: a file from before says so."""
+    older = tmp_path / "older.vtkhdf"
+    older.write_bytes(small.read_bytes())
+    with h5py.File(older, "a") as file:
+        answer = json.loads(file["softbrake/summary"][()])
+        del answer["steps"], file["softbrake/summary"]
+        file[f"softbrake/{name}"] = json.dumps(answer)
+    with pytest.raises(ResultError, match="older.vtkhdf: its answer is that of another version of softbrake"):
+        read(older)

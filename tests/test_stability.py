@@ -1,22 +1,31 @@
 """The predicted step against the limit of the linearised scheme, found by eigenvalues; the search by trial; random drops."""
 
+import json
+import re
+import signal
+import subprocess
+import sys
+import time
 from pathlib import Path
 
 import naive
 import numpy as np
 import pytest
 from conftest import Command
+from typer.testing import CliRunner
 
 import softbrake
 from benchmarks.stability import random_case
-from softbrake.build import grid_view, initial_energy
-from softbrake.case import load_case
+from softbrake.build import grid_view
+from softbrake.case import LongStep, load_case
+from softbrake.cli import app
 from softbrake.drop import Diverged, Drop
 from softbrake.kernels.course import LENGTHENED, choose_step
 from softbrake.kernels.meridian import stable_step_of_meridian, sweep_meridian
 from softbrake.kernels.timestep import stable_step
+from softbrake.plot import PlotError
 from softbrake.stability import edge_in_words, find_limit, read_axis
-from softbrake.state import Floats, History
+from softbrake.state import Floats, History, Outcome
 
 CONFIGS = Path(__file__).resolve().parents[1] / "configs"
 SMALL = ("grid={generatrix: 8, hoop: 16}", "belts.width=30 mm")
@@ -41,8 +50,8 @@ def limit(by_place: Floats, by_velocity: Floats) -> float:
     return 2.0 / float(real.max())
 
 
-def limit_of_shell(falling: Drop) -> float:
-    """From differences of the slow twins' forces."""
+def slopes_of_shell(falling: Drop) -> tuple[Floats, Floats]:
+    """Of the accelerations by places and velocities, from differences of the slow twins' forces."""
     model = falling.model
     views = [grid_view(part, model) for part in falling.state.nodes]
     x = np.stack(views[:3], axis=-1)
@@ -57,7 +66,11 @@ def limit_of_shell(falling: Drop) -> float:
         change[1:-1].flat[k] = 1e-6
         by_place[:, k] = (acceleration(x + change, rest) - acceleration(x - change, rest)) / 2e-6
         by_velocity[:, k] = (acceleration(x, change) - acceleration(x, -change)) / 2e-6
-    return limit(by_place, by_velocity)
+    return by_place, by_velocity
+
+
+def limit_of_shell(falling: Drop) -> float:
+    return limit(*slopes_of_shell(falling))
 
 
 def limit_of_meridian(falling: Drop) -> float:
@@ -94,20 +107,48 @@ VARIANTS = {
     "nominal": ("fabric.law=nominal_tension",),
     "stiff generatrix": ("fabric.E11=100 kN/m", "fabric.nu12=0.1", "fabric.nu21=0.1"),
     "low": ("shell.height=0.15",),
+    "tall, heavy belts": ("shell.height=1.5", "belts.layers=20"),
 }
 
 
-@pytest.mark.parametrize("scheme", ["edge", "cell", "axisymmetric"])
-@pytest.mark.parametrize("name", [*VARIANTS, "shear", "strong shear"])
+TWO_ROWS = ("grid={generatrix: 9, hoop: 14}", "belts.count=2", "belts.width=40 mm")  # of light cloth between heavy belts
+SHEARED = {  # a round shell has no shear
+    "shear": ("fabric.G12=2 kN/m",),
+    "strong shear": ("fabric.G12=20 kN/m",),
+    "stiffer in shear than in tension": ("fabric.G12=40 kN/m", "fabric.viscosity=0"),
+    "sheared between heavy belts": (
+        *TWO_ROWS,
+        "fabric.E22=4 kN/m",
+        "fabric.nu12=0.2",
+        "fabric.nu21=0.04",
+        "fabric.G12=8 kN/m",
+        "pressure.value=2 kPa",
+    ),
+}
+
+
+@pytest.mark.parametrize(
+    ("name", "scheme"),
+    [(name, scheme) for scheme in ("edge", "cell", "axisymmetric") for name in VARIANTS]
+    + [(name, scheme) for scheme in ("edge", "cell") for name in SHEARED],
+)
 def test_bound_of_an_inflated_shell_is_safe_and_tight(name: str, scheme: str) -> None:
-    shear = {"shear": ("fabric.G12=2 kN/m",), "strong shear": ("fabric.G12=20 kN/m",)}
-    if scheme == "axisymmetric" and name in shear:
-        return  # a round shell has none
     grid = ROUND if scheme == "axisymmetric" else (*SMALL, f"model.scheme={scheme}")
-    inflated = drop(*grid, *(VARIANTS | shear)[name])
+    inflated = drop(*grid, *(VARIANTS | SHEARED)[name])
     inflated.inflate()
     found = limit_of_meridian(inflated) if scheme == "axisymmetric" else limit_of_shell(inflated)
     assert 0.85 < predicted(inflated) / found <= 1.0
+
+
+def test_no_motion_grows_below_the_bound() -> None:
+    """Not only what flips from step to step: pressure and true tension make the stiffness unsymmetric."""
+    inflated = drop(*SMALL)
+    inflated.inflate()
+    by_place, by_velocity = slopes_of_shell(inflated)
+    one, dt = np.eye(len(by_place)), 0.95 * predicted(inflated)
+    pushed = one + dt * by_velocity
+    step = np.block([[one + dt * dt * by_place, dt * pushed], [dt * by_place, pushed]])
+    assert np.abs(np.linalg.eigvals(step)).max() < 1.0 + 1e-9
 
 
 @pytest.mark.parametrize("twist", [0.5, 1.5])
@@ -196,7 +237,11 @@ def test_points_without_an_edge_say_why(softbrake: Command, paper: Path, tmp_pat
         (("--over", "fabric"), "not an axis"),
         (("-o", "map.png"), "--output: a map wants at least one axis"),
         (("--set", "model.fidelity=lumped"), "no grid whose waves could grow"),
-        (("--over", "belts.layers=1", "-o", "nowhere/map.png"), "may not be written"),
+        (("--over", "model.fidelity=full,lumped"), "no grid whose waves could grow"),
+        (("--over", "belts.layers=1", "-o", "nowhere/map.png"), "there is no folder nowhere"),
+        (("--over", "belts.layers=1", "-o", "map.txt"), "ends in .png, .svg or .pdf"),
+        (("--over", "belts.layers=1", "--over", "belts.layers=2"), "belts.layers: an axis twice"),
+        (("--over", "belts.layers=1,2,1.0"), "the value 1.0 is there twice, the first time as 1"),
     ],
 )
 def test_bad_input(softbrake: Command, paper: Path, arguments: tuple[str, ...], fault: str) -> None:
@@ -206,14 +251,66 @@ def test_bad_input(softbrake: Command, paper: Path, arguments: tuple[str, ...], 
     assert "Traceback" not in done.stderr
 
 
+def test_a_tolerance_is_said_to_be_set_aside(softbrake: Command, paper: Path) -> None:
+    small = ("--set", "grid={generatrix: 8, hoop: 16}", "--set", "belts.width=30 mm")
+    done = softbrake("stability", paper, *small, "--set", "tolerance=1%")
+    assert done.returncode == 0
+    assert "a run chooses its own grid and step" in done.stderr
+
+
+def test_interrupt_keeps_the_points_found(paper: Path, tmp_path: Path, environment: dict[str, str]) -> None:
+    """Whenever it comes: here in the middle of the second of eight points, or a later one."""
+    with subprocess.Popen(
+        [
+            sys.executable,
+            "-m",
+            "softbrake",
+            "stability",
+            str(paper),
+            "--over",
+            "fabric.viscosity=0.1,0.2,0.3,0.4,0.5,0.6,0.7,0.8",
+        ],
+        cwd=tmp_path,
+        env=environment,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+        preexec_fn=lambda: signal.signal(signal.SIGINT, signal.default_int_handler),  # a shell's background job ignores it
+    ) as process:
+        assert process.stdout is not None
+        for line in process.stdout:
+            if line.startswith("0.1 "):
+                break
+        time.sleep(0.2)
+        process.send_signal(signal.SIGINT)
+        _, errors = process.communicate(timeout=60)
+    assert process.returncode == 130
+    said = re.fullmatch(r"(?:compiling .*\n)?interrupted; ([1-7]) points in paper-stability.csv\n", errors)
+    assert said
+    rows = (tmp_path / "paper-stability.csv").read_text().splitlines()
+    assert rows[1].startswith("0.1,") and len(rows) == 1 + int(said[1])
+
+
+def test_points_are_kept_where_the_picture_fails(paper: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    def fail(*_: object) -> None:
+        raise PlotError("no picture today")
+
+    monkeypatch.setattr("softbrake.stability.draw_map", fail)
+    small = ("--set", "grid={generatrix: 8, hoop: 16}", "--set", "belts.width=30 mm")
+    done = CliRunner().invoke(
+        app, ["stability", str(paper), *small, "--over", "fabric.viscosity=1", "-o", str(tmp_path / "map.png")]
+    )
+    assert done.exit_code == 1
+    assert "no picture today" in done.output
+    assert len((tmp_path / "map.csv").read_text().splitlines()) == 2
+
+
 @pytest.mark.parametrize("first", [0, 8, 16])
 def test_random_drops_do_not_diverge(first: int) -> None:
     """A sample of the thousand of benchmarks/stability.py."""
     for seed in range(first, first + 8):
         falling = Drop(random_case(seed))
-        summary = falling.run()
-        assert abs(summary.energy_error) < 0.01
-        assert falling.fabric_gain() < 0.01 * initial_energy(falling.case, falling.model), seed
+        assert falling.run().fabric_gain < 0.01, seed
 
 
 BEYOND = ("grid={generatrix: 12, hoop: 24}", "fabric.slack=compression", "time.courant=1.3")  # where no slack saves the run
@@ -222,9 +319,20 @@ BEYOND = ("grid={generatrix: 12, hoop: 24}", "fabric.slack=compression", "time.c
 def test_fixed_number_above_the_limit_warns_once(softbrake: Command, paper: Path) -> None:
     small = ("--set", BEYOND[0], "--set", BEYOND[1], "--no-results")
     done = softbrake("run", paper, *small, "--set", BEYOND[2])
-    assert done.stderr.count("time.courant 1.3 exceeds the stable step") == 1
+    assert done.stderr.count("time.courant 1.3 is above 1, the longest stable step") == 1
     assert done.returncode == 1
     assert "stable step" not in softbrake("run", paper, *small, "--set", "time.courant=auto").stderr
+    hidden = ("--set", BEYOND[0], "--set", "fabric.viscosity=2")
+    done = softbrake("sweep", paper, *hidden, "--vary", "time.courant=0.5,1.2,1.3", "-q")
+    assert done.returncode == 0
+    assert done.stderr.count("above 1") == done.stderr.count("time.courant up to 1.3 is above 1") == 1
+    done = softbrake("sweep", paper, *hidden, "--vary", "time.courant=0.5,1", "-q")
+    assert "above 1" not in done.stderr
+
+
+UNDAMPED = (BEYOND[0], "fabric.viscosity=0", "contact=solid")
+SCHEME = (BEYOND[0], "fabric.viscosity=0.1")
+POTENTIAL = ("fabric.law=nominal_tension", "fabric.slack=wrinkle", "fabric.nu12=0", "fabric.nu21=0")
 
 
 @pytest.mark.parametrize(
@@ -232,12 +340,59 @@ def test_fixed_number_above_the_limit_warns_once(softbrake: Command, paper: Path
     [
         ((*BEYOND, "fabric.viscosity=2"), "the viscosity limit of the step at .* exceeded 1.3 times; try time.courant=auto"),
         ((*BEYOND, "fabric.viscosity=0"), "the stiffness limit of the step at .* exceeded 1.3 times"),
-        ((BEYOND[0], "fabric.viscosity=0", "contact=solid"), "tensions without a potential"),
+        (
+            UNDAMPED,
+            "fabric and belts gave .* tensions without a potential, .* fabric.slack=wrinkle and fabric.nu12=0",
+        ),
+        ((*UNDAMPED, "model.scheme=cell"), "tensions without a potential, .* model.scheme=edge"),
+        ((*UNDAMPED, "model.scheme=cell", *POTENTIAL), "checkerboard of folds; model.scheme=edge does"),
+        ((*SCHEME, "model.scheme=cell"), "checkerboard of folds; model.scheme=edge does"),
     ],
 )
 def test_cause_of_a_divergence(overrides: tuple[str, ...], cause: str) -> None:
     with pytest.raises(Diverged, match=cause):
-        softbrake.run(load_case(CONFIGS / "paper.yaml", overrides))
+        drop(*overrides).run()
+
+
+def test_cures_of_a_divergence_cure_it() -> None:
+    """What the messages of the last test name: a potential where nothing damps, and the default scheme."""
+    for overrides in ((*UNDAMPED, *POTENTIAL), SCHEME):
+        assert softbrake.run(load_case(CONFIGS / "paper.yaml", overrides)).outcome == "impact"
+
+
+@pytest.mark.parametrize(
+    ("overrides", "work", "excess"),
+    [
+        ((), History.WORK_ELASTIC, "kinetic energy 1e.09 J, more than .* try time.courant=0.25"),
+        ((), History.WORK_CONTACT, "kinetic energy 1e.09 J, more than .* contact, which gave 100 J more than it took; .*=0.25"),
+        (("fabric.viscosity=0.2",), History.WORK_ELASTIC, "kinetic energy 1e.09 J, .* tensions without a potential"),
+    ],
+)
+def test_words_follow_where_the_energy_came_from(overrides: tuple[str, ...], work: History, excess: str) -> None:
+    """Books cooked by 100 J, less than FABRIC_GAIN of what was given, so that the fabric is not the excess."""
+    falling = drop(*SMALL, "fabric.viscosity=2", "time.courant=0.5", *overrides)
+    falling.advance(most=1)
+    assert 0.25 * falling.state.kinetic_start[0] > 100
+    falling.state.now[History.KINETIC_ENERGY] = 1e9
+    falling.state.now[work] += 100.0
+    with pytest.raises(Diverged, match=excess):
+        falling.finish(Outcome.DIVERGED)
+
+
+def test_energy_made_by_fabric_is_said(softbrake: Command, paper: Path) -> None:
+    """Undamped and wrinkled it makes some per cent of the initial energy, and the ledger's residual knows nothing of it."""
+    others = ("--set", "grid={generatrix: 12, hoop: 30}", "--set", "fabric.slack=wrinkle", "--set", "time.courant=0.5")
+    done = softbrake("run", paper, *others, "--set", "fabric.viscosity=0", "--no-results", "--json")
+    answer = json.loads(done.stdout)
+    assert done.returncode == 0
+    assert 0.01 < answer["fabric_gain"] < 0.1
+    assert abs(answer["energy_error"]) < 1e-12
+    assert re.search(r"fabric and belts made [1-9]\.\d% of the initial energy from nowhere", done.stderr)
+    done = softbrake("run", paper, *others, "--set", "fabric.viscosity=0.2", "--no-results")
+    assert "fabric and belts made" not in done.stderr
+    assert re.search(r"energy made by fabric +none", done.stdout)
+    done = softbrake("sweep", paper, *others, "--vary", "fabric.viscosity=0,0.2", "-o", "made", "-q")
+    assert "1 of 2 runs: fabric and belts made more than 1%" in done.stderr
 
 
 def test_slack_hides_an_unstable_step() -> None:
@@ -245,14 +400,13 @@ def test_slack_hides_an_unstable_step() -> None:
 
     The tension along the generatrix more than doubles; the cargo, a thousand times as heavy as the cloth, hardly feels it.
     """
-    answers = [
-        softbrake.run(load_case(CONFIGS / "paper.yaml", [BEYOND[0], "fabric.viscosity=2", f"time.courant={courant}"]))
-        for courant in (0.5, 1.3)
-    ]
-    sound, flipping = answers
+    others = (BEYOND[0], "fabric.viscosity=2")
+    sound = softbrake.run(load_case(CONFIGS / "paper.yaml", [*others, "time.courant=0.5"]))
+    with pytest.warns(LongStep, match="time.courant 1.3 is above 1"):
+        flipping = softbrake.run(load_case(CONFIGS / "paper.yaml", [*others, "time.courant=1.3"]))
     assert flipping.outcome == "impact"
-    assert flipping.impact_velocity == pytest.approx(sound.impact_velocity, rel=0.01)
-    assert flipping.peak_tension_generatrix > 2.0 * sound.peak_tension_generatrix
+    assert flipping.impact_velocity == pytest.approx(sound.impact_velocity, rel=3e-3)
+    assert flipping.peak_tension_generatrix == pytest.approx(2.3 * sound.peak_tension_generatrix, rel=0.1)
 
 
 def test_the_choice_of_the_step_is_that_of_its_state() -> None:

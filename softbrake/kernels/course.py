@@ -76,11 +76,16 @@ def end_step(model, state, length, height):
 @kernel
 def ran_away(model, state):
     """Return whether the kinetic energy of state.now is more than what was given or not a number, or fabric gave of it."""
-    now = state.now
-    gas = min(max(now[History.WORK_PRESSURE], 0.0), model.most_gas_work)
-    given = state.kinetic_start[0] + max(now[History.WORK_GRAVITY], 0.0) + gas
+    now, given = state.now, energy_given(model, state)
     gain = now[History.WORK_ELASTIC] + now[History.WORK_VISCOUS] + now[History.WORK_BELTS] - state.elastic_start[0]
     return not (now[History.KINETIC_ENERGY] <= RUNAWAY * given and gain <= FABRIC_GAIN * given)
+
+
+@kernel
+def energy_given(model, state):
+    """Return what start, gravity and gas have given (J): the most that can be kinetic energy."""
+    gas = min(max(state.now[History.WORK_PRESSURE], 0.0), model.most_gas_work)
+    return state.kinetic_start[0] + max(state.now[History.WORK_GRAVITY], 0.0) + gas
 
 
 @kernel

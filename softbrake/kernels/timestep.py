@@ -104,26 +104,31 @@ def fastest_rate(model, by_row, i):
     """Return 2/dt (1/s) of the fastest wave that row i of nodes takes part in: w² and D as in the header.
 
     A wave along the generatrix moves along it, held by its edges (k1) and by the tension of the hoops across (t2); one around
-    the hoop likewise (k2, t1). In the printed scheme, averaged, no wave feels both. Corners that are not right couple the two,
-    as does Poisson's effect, together with shear where its modulus is large: see coupled.
+    the hoop likewise (k2, t1). In the printed scheme, averaged, no wave feels both, and rows share their hoops' stiffness, as
+    they share that of shear. Corners that are not right couple the two, as does Poisson's effect, together with shear where its
+    modulus is large: see coupled. A few light rows between heavy ones cannot alternate wholly, so they feel these at once.
     """
     fabric, e1, e2 = model.fabric, by_row.e1, by_row.e2
     k1, t1, damping_1, wide_2, between = along(model, by_row, i)
     per_mass = 4.0 * model.per_mass[i]
+    shared = model.shared[i]
     longer = max(e1[i - ONE], e1[i])
     belt, wide = model.belts.stiffness[i], fabric.h1 * wide_2
-    k2 = per_mass * (fabric.c22 * wide + belt) / fabric.h2
+    k2 = (shared * fabric.c22 * wide + per_mass * belt) / fabric.h2
     load = max(fabric.c22 * e2[i] + fabric.c21 * longer, 0.0) * wide + belt * e2[i]
     t2 = per_mass * load / (fabric.h2 * (1.0 + e2[i]))
-    damping_2 = per_mass * (fabric.viscosity * wide + model.belts.viscosity[i]) / fabric.h2
-    skew, fast = by_row.skew[i], max(k1, k2)
-    shear_1 = per_mass * fabric.g12 * (1.0 + longer) ** 2 * fabric.h1 / fabric.h2
+    damping_2 = (shared * fabric.viscosity * wide + per_mass * model.belts.viscosity[i]) / fabric.h2
+    skew = by_row.skew[i]
+    shear_1 = between * fabric.g12 * (1.0 + longer) ** 2 * fabric.h1 / fabric.h2
     shear_2 = between * fabric.g12 * (1.0 + e2[i]) ** 2 * fabric.h2 / fabric.h1
     if model.scheme == Scheme.EDGE:
-        coupled = shear_1 + shear_2 + fast * sqrt(poisson(fabric, longer, e2[i]))
+        crossed = max(k1, k2) * sqrt(poisson(fabric, longer, e2[i]))
+        coupled = shear_1 + shear_2 + crossed
+        k1 += max(per_mass / between - 1.0, 0.0) * (shear_1 + crossed)
+        fast = max(k1, k2)
         square = t1 + t2 + joined(max(k1 - t1, 0.0), max(k2 - t2, 0.0), skew)
         square += max(coupled - fast, 0.0) ** 2 / (4.0 * max(coupled, fast))
-        square = max(square, t1 + t2 + max(shear_1, shear_2))
+        square = max(square, shear_1 + t2, shear_2 + t1)
     else:
         square = max(joined(k1, k2, skew), t1 + t2, shear_1, shear_2)
     return rate_of(model, by_row, i, square, joined(damping_1, damping_2, skew))
