@@ -163,16 +163,15 @@ def wide(count: int = 150, first: int = 0) -> None:
 
 
 def drops(count: int = 1000, first: int = 0, narrow: bool = True) -> None:
-    """Print outcomes of random drops, and the largest residual and gain."""
+    """Print outcomes of random drops, the largest residual, and what gained energy."""
     started, steps, outcomes, failures = time.perf_counter(), 0, Counter(), []
-    residual, gain, where = 0.0, -np.inf, -1
+    residual, gained = 0.0, {}
     for seed in range(first, first + count):
         drop = Drop(random_case(seed, narrow))
         try:
             summary = drop.run()
             residual = max(residual, abs(summary.energy_error))
-            gained = drop.fabric_gain() / initial_energy(drop.case, drop.model)
-            gain, where = max((gain, where), (gained, seed))
+            gained[seed] = summary.fabric_gain
             outcome = summary.outcome
         except softbrake.Diverged as error:
             summary = error.summary
@@ -185,7 +184,8 @@ def drops(count: int = 1000, first: int = 0, narrow: bool = True) -> None:
     print("\n".join(failures))
     print(f"{count} drops, {steps} steps, {time.perf_counter() - started:.0f} s: {dict(outcomes)}")
     print(f"largest energy residual {residual:.1e} of the initial energy")
-    print(f"largest gain from fabric and belts {gain:.1e} of it, in case {where} (below 0: they took energy)")
+    leading = sorted((seed for seed in gained if gained[seed] > GAIN), key=gained.get, reverse=True)
+    print(f"gained above {GAIN:.0%} of it: " + (", ".join(f"{seed}: {gained[seed]:.1%}" for seed in leading) or "none"))
 
 
 if __name__ == "__main__":

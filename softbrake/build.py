@@ -97,7 +97,7 @@ def build_model(case: Case) -> Model:
     below, above = _pulls(per_mass, np.zeros_like(per_mass))
     shared = 4.0 * per_mass
     if case.model.scheme == "cell":
-        shared = sum(_pulls(per_mass, shared * belts.stiffness / (fabric.c22 * h1)))
+        shared = np.add(*_pulls(per_mass, shared * belts.stiffness / (fabric.c22 * h1)))
     law = case.pressure
     most_pressure = max(law.value, *law.values, 0.0)
     return Model(
