@@ -127,9 +127,10 @@ def choose_steps(model, nodes, sweep, count):
 
 
 def arrays(part: Any) -> Iterator[Floats]:
-    """Yield the arrays of a tuple of arrays and tuples."""
+    """Yield the arrays of a tuple of arrays and tuples; None is there where a part is not asked for."""
     for member in part:
-        yield from arrays(member) if isinstance(member, tuple) else (member,)
+        if member is not None:
+            yield from arrays(member) if isinstance(member, tuple) else (member,)
 
 
 def start_up(cold: bool) -> list[Row]:

@@ -140,7 +140,6 @@ def build_model(case: Case) -> Model:
             cargo_radius=0.5 * case.cargo.diameter,
             cargo_height=inf if case.cargo.height is None else case.cargo.height,
             axis=int("axis" in case.contact),
-            folds=int("folds" in case.contact),
         ),
         sector=Sector(
             copies=float(sectors),
@@ -196,8 +195,8 @@ def build_state(case: Case, model: Model) -> State:
         felt=np.zeros(1),
         work=Work(*(_rows(1, model.n1 + 1, Work._fields, FREE) if one_column else _rows(1, _lanes(model.n2), Work._fields))),
         folds=build_folds(nodes.x.size, model.n1, 1 if one_column else model.n2, PLEATS if one_column else PAIRS_PER_NODE)
-        if model.contact.folds
-        else build_folds(1, 1, 1, 1),
+        if "folds" in case.contact and case.model.fidelity != "lumped"
+        else None,
     )
 
 
@@ -226,7 +225,6 @@ def build_folds(nodes: int, rows: int, columns: int, pairs: int) -> Folds:
         stamp=np.zeros(nodes, np.int64),
         counts=np.zeros(len(FoldCount), np.int64),
         penetration=np.zeros(1),
-        impulse=np.zeros(2),
     )
 
 
@@ -237,11 +235,9 @@ def with_room(folds: Folds) -> Folds:
     return folds._replace(pairs=np.concatenate((folds.pairs, np.zeros_like(folds.pairs))), wake=wake, contacts=contacts)
 
 
-def build_sweep(model: Model) -> Sweep:
-    """Return the scratch arrays of a step."""
+def build_sweep(model: Model, folds: bool = False) -> Sweep:
+    """Return the scratch arrays of a step; folds: whether those are asked for."""
     lanes, stride = _lanes(model.n2), model.stride
-    parted = model.contact.folds == 1 or model.lobes.below.size > 0
-    count, size = (model.n1 + 1, stride) if parted else (1, 1)
     return Sweep(
         generatrix=Edges(*_rows(2, stride, Edges._fields)),
         hoop=Edges(*_rows(3, stride, Edges._fields)),
@@ -257,19 +253,25 @@ def build_sweep(model: Model) -> Sweep:
         top_belt=Top(*_rows(1, lanes, Top._fields)),
         by_column=ByColumn(*_rows(1, lanes, ByColumn._fields)),
         by_row=_by_row(model),
-        parting=Parting(Nodes(*_rows(count, size, Nodes._fields)), Rows(*_rows(count, size, Rows._fields))),
+        parting=_parting(model) if folds or model.lobes.below.size > 0 else None,
     )
+
+
+def _parting(model: Model) -> Parting:
+    before, free = (_rows(model.n1 + 1, model.stride, fields) for fields in (Nodes._fields, Rows._fields))
+    return Parting(Nodes(*before), Rows(*free), np.zeros(2))
 
 
 def build_meridian(model: Model) -> Meridian:
     """Return the scratch arrays of a step of the axisymmetric shell."""
     nodes = model.n1 + 1
     edges = ("x", "z", "e", "tension_1", "force", "elastic")
-    others = [name for name in Meridian._fields if name not in (*edges, "area", "belt_rows", "by_row")]
+    others = [name for name in Meridian._fields if name not in (*edges, "area", "belt_rows", "by_row", "impulse")]
     scratch = dict(zip(edges, _rows(1, nodes, edges), strict=True))
     scratch |= dict(zip(others, _rows(1, nodes, others, FREE), strict=True))
     area = Rows(*_rows(1, PAD + nodes, Rows._fields, FREE))
-    return Meridian(**scratch, area=area, belt_rows=np.flatnonzero(model.belts.width), by_row=_by_row(model))
+    rows = np.flatnonzero(model.belts.width)
+    return Meridian(**scratch, impulse=np.zeros(2), area=area, belt_rows=rows, by_row=_by_row(model))
 
 
 def whole_model(case: Case) -> Model:

@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from softbrake.sweep import Plan
 
 FAILED, BAD_INPUT, INTERRUPTED = 1, 2, 130
-COMPILING = "20 to 40 s"
+COMPILING = "10 to 40 s"
 SET_ASIDE = "tolerance: a run chooses its own grid and step; this is about those of the case"
 
 app = typer.Typer(
@@ -430,7 +430,7 @@ def sweep(
 
     _warn_of_long_steps(design.case for design in designs.all)
     if scheduler is None:
-        _compile({design.case.model.fidelity: design.case for design in designs.all}.values(), quiet)
+        _compile((design.case for design in designs.all), quiet)
     try:
         with console.runs_progress(quiet=quiet) as progress:
             plan = run_sweep(
@@ -646,7 +646,7 @@ def warmup() -> None:
 
         typer.echo(f"compiling kernels ({COMPILING}), or loading those compiled before ...", err=True)
         start = perf_counter()
-        compile_kernels(lambda fidelity: typer.echo(f"  {fidelity}", err=True))
+        compile_kernels(report=lambda name: typer.echo(f"  {name}", err=True))
     typer.echo(f"{perf_counter() - start:.1f} s; kernels are in {CACHE_FOLDER}")
 
 
@@ -695,17 +695,17 @@ def _warn_of_long_steps(cases: Iterable[Case]) -> None:
 
 
 def _compile(cases: Iterable[Case], quiet: bool, every: bool = False) -> None:
-    """Compile what runs of the cases, or of every fidelity, need, where it is not compiled yet."""
+    """Load what runs of the cases, or of every fidelity, need; say so where it is not compiled yet, and compile it."""
     with _leaving_at_once():
-        from softbrake.drop import KERNELS, compile_kernels, kernels_cached
+        from softbrake.drop import compile_kernels, kernels_of
+        from softbrake.kernels.jit import before_compiling
 
-        missing = [case for case in cases if not kernels_cached(case, every)]
-        if not missing:
-            return
-        if not quiet:
-            typer.echo(f"compiling kernels (first run only, {COMPILING}) ...", err=True)
-        every = every or any(case.tolerance is not None for case in missing)
-        compile_kernels(lambda _: None, KERNELS if every else dict.fromkeys(case.model.fidelity for case in missing))
+        def say() -> None:
+            if not quiet:
+                typer.echo(f"compiling kernels (first run only, {COMPILING}) ...", err=True)
+
+        with before_compiling(say):
+            compile_kernels(kernels_of(cases, every))
 
 
 def _beside(result: Path, suffix: str) -> Path:

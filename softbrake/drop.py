@@ -29,7 +29,7 @@ from softbrake.case import Case, damping_ratio, parse_case, starter
 from softbrake.interrupt import held_interrupt
 from softbrake.kernels.course import FABRIC_GAIN, energy_given
 from softbrake.kernels.fields import sample_fields
-from softbrake.kernels.jit import CACHE_FOLDER, PACKAGE, hash_sources
+from softbrake.kernels.jit import PACKAGE, hash_sources
 from softbrake.kernels.lumped import advance_lumped
 from softbrake.kernels.meridian import advance_meridian, stable_step_of_meridian
 from softbrake.kernels.motion import close_nodes
@@ -43,6 +43,7 @@ from softbrake.summary import LARGEST_GAIN, ModelUsed, Summary, Work
 from softbrake.summary import Peak as PeakFound
 
 KERNELS = {"full": advance, "sector": advance, "axisymmetric": advance_meridian, "lumped": advance_lumped}
+ALL_KERNELS = (*((fidelity, False) for fidelity in KERNELS), ("full", True), ("axisymmetric", True))  # True: folds in contact
 NODE_STEPS_PER_CHUNK = 2_000_000  # about 0.1 s between chances for progress and Ctrl-C
 HISTORY_ROWS = 4096
 VISCOUS = 1.5  # times longer would the stable step be without viscosity: then that is its limit
@@ -81,18 +82,26 @@ class NotInflated(Exception):
     """The shell found no shape of rest; the message says how far it came and the likely cause."""
 
 
-def kernels_cached(case: Case, every: bool = False) -> bool:
-    """Whether a run of the case, or of every fidelity, starts at once, its kernels having been compiled before."""
-    kernels = {*KERNELS.values()} if every or case.tolerance is not None else {KERNELS[case.model.fidelity]}
-    return all(any(CACHE_FOLDER.rglob(f"{one.__module__.rpartition('.')[2]}.{one.__name__}-*.nbc")) for one in kernels)
+def kernels_of(cases: Iterable[Case], every: bool = False) -> set[tuple[str, bool]]:
+    """Return which of ALL_KERNELS runs of cases, or of every fidelity, need."""
+    asked = {
+        (fidelity, "folds" in case.contact)
+        for case in cases
+        for fidelity in (KERNELS if every or case.tolerance is not None else [case.model.fidelity])
+    }
+    return {(fidelity, folds and (fidelity, True) in ALL_KERNELS) for fidelity, folds in asked}
 
 
-def compile_kernels(report: Callable[[str], None], fidelities: Iterable[str] = KERNELS) -> None:
-    """Compile, or load, the kernels of fidelities, with what pictures and disturbances need; report: told each before."""
-    for fidelity in fidelities:
-        report(fidelity)
+def compile_kernels(wanted: Iterable[tuple[str, bool]] = ALL_KERNELS, report: Callable[[str], None] = lambda _: None) -> None:
+    """Compile, or load, the kernels of fidelities, each without or with contact of folds, and those of pictures and disturbances.
+
+    report: told the name of each before.
+    """
+    for fidelity, folds in wanted:
+        report(f"{fidelity}, folds" if folds else fidelity)
         sector = ["model.sector=15"] if fidelity == "sector" else []
-        one = Drop(parse_case(starter(), "starter", [f"model.fidelity={fidelity}", *sector]))
+        contact = "contact=full" if folds else "contact=solid"
+        one = Drop(parse_case(starter(), "starter", [f"model.fidelity={fidelity}", *sector, contact]))
         one.advance(most=0)
         one.fields()
         one.disturb(0.0, 0)
@@ -132,7 +141,8 @@ class Drop:
         self.model: Model = build_model(case)
         self.state: State = build_state(case, self.model)
         one_column = case.model.fidelity in ONE_COLUMN
-        self.sweep: Sweep | Meridian = build_meridian(self.model) if one_column else build_sweep(self.model)
+        folds = self.state.folds is not None
+        self.sweep: Sweep | Meridian = build_meridian(self.model) if one_column else build_sweep(self.model, folds)
         self.history: Floats = np.empty((HISTORY_ROWS, len(History)))
         self.interval = case.output.history_interval  # steps between rows of the history
         self.most = max(NODE_STEPS_PER_CHUNK // ((self.model.n1 + 1) * self.model.n2), 1)  # steps of a chunk
@@ -171,8 +181,8 @@ class Drop:
         kernel = KERNELS[self.case.model.fidelity]
         interval, last = self.interval, int(self.state.steps[0]) + most
         rows, outcome = kernel(self.model, self.state, self.sweep, self.history, interval, most, until)
-        while self.state.folds.counts[FoldCount.CRAMPED]:
-            self.state = self.state._replace(folds=with_room(self.state.folds))
+        while (folds := self.state.folds) is not None and folds.counts[FoldCount.CRAMPED]:
+            self.state = self.state._replace(folds=with_room(folds))
             if outcome == Outcome.RUNNING:
                 rest = last - int(self.state.steps[0])
                 more, outcome = kernel(self.model, self.state, self.sweep, self.history[rows:], interval, rest, until)
@@ -306,7 +316,7 @@ class Drop:
         return PeakFound(value, when, height)
 
     def _summary(self, outcome: str, wall_seconds: float, file: ResultFile | None) -> Summary:
-        case, steps = self.case, int(self.state.steps[0])
+        case, folds, steps = self.case, self.state.folds, int(self.state.steps[0])
         impact = -self.now(History.VELOCITY) if outcome == "impact" else None
         free_fall = math.sqrt(case.cargo.velocity**2 + 2.0 * case.gravity * case.shell.height)
         known = (
@@ -331,8 +341,8 @@ class Drop:
             peak_tension_belt=belt,
             peaks=peaks,
             work=Work(*(float(part) for part in self.state.now[History.WORK_PRESSURE : History.WORK_CONTACT + 1])),
-            largest_penetration=float(self.state.folds.penetration[0]),
-            crossings=int(self.state.folds.counts[FoldCount.PIERCED]),
+            largest_penetration=0.0 if folds is None else float(folds.penetration[0]),
+            crossings=0 if folds is None else int(folds.counts[FoldCount.PIERCED]),
             energy_error=self.energy_error(),
             fabric_gain=self.fabric_gain() / initial_energy(case, self.model),
             steps=steps,

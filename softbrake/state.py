@@ -195,7 +195,6 @@ class Contact(NamedTuple):
     cargo_radius: float  # m
     cargo_height: float  # m
     axis: int  # 1: radii of the axisymmetric shell stay positive
-    folds: int  # 1: the folds of the shell
 
 
 class Sector(NamedTuple):
@@ -290,7 +289,7 @@ class Work(NamedTuple):
 
 
 class Folds(NamedTuple):
-    """Nodes and faces of the shell near one another, and the search for them; all of size 1 where folds are not asked for."""
+    """Nodes and faces of the shell near one another, and the search for them."""
 
     pairs: Ints  # (capacity,), node times 2^32 plus the face's lower left node; those awake in front
     wake: Floats  # m, (capacity,), travel of node and face at which a pair is to be looked at again
@@ -311,7 +310,6 @@ class Folds(NamedTuple):
     stamp: Ints  # (nodes,), pass in which a node was last pushed
     counts: Ints  # (len(FoldCount),)
     penetration: Floats  # (1,), largest so far, over the unloaded cell
-    impulse: Floats  # (2,), N s, upwards: on the cargo, of the ground on the fabric, in the step
 
 
 class Blows(NamedTuple):
@@ -319,8 +317,8 @@ class Blows(NamedTuple):
 
     contact: Floats  # J, work on the nodes, by column, or by node of a meridian
     kinetic: Floats  # J, energy of the nodes, likewise
-    impulse: Floats  # N s, (2,), of `Folds`
-    stamp: Ints  # (nodes,), of `Folds`
+    impulse: Floats  # N s, (2,), upwards: on the cargo, of the ground on the fabric
+    stamp: Ints | None  # (nodes,), of `Folds`; None where lobes are parted
 
 
 class State(NamedTuple):
@@ -337,7 +335,7 @@ class State(NamedTuple):
     peaks: Floats  # (len(Peak), 3): value, time (s), row
     felt: Floats  # (1,) m/s^2, acceleration of the cargo behind a low-pass
     work: Work
-    folds: Folds
+    folds: Folds | None  # None where they are not asked for: kernels without them are compiled in half of the time
 
 
 class Edges(NamedTuple):
@@ -404,6 +402,7 @@ class Meridian(NamedTuple):
     kinetic: Floats  # J
     contact: Floats  # J, scratch
     lift: Floats  # N s, of the ground on the node in the push
+    impulse: Floats  # (2,), N s, as in Blows
     by_row: ByRow
     area: Rows  # m^2, area vectors of the nodes outwards; node i at PAD + i
     belt_rows: Ints  # rows that carry a belt
@@ -428,10 +427,11 @@ class ByColumn(NamedTuple):
 
 
 class Parting(NamedTuple):
-    """The shell before its lobes and folds were parted in the step; each of size 1 where neither is asked for, else (nodes,)."""
+    """The shell before its lobes and folds were parted in the step, each (nodes,), and what parting them gave."""
 
     before: Nodes  # velocities at n-1/2; of the rows that were parted and their neighbours also the places at n
     free: Rows  # m/s, velocities at n+1/2 without parting
+    impulse: Floats  # (2,), N s, as in Blows
 
 
 class Sweep(NamedTuple):
@@ -451,4 +451,4 @@ class Sweep(NamedTuple):
     top_belt: Top
     by_column: ByColumn
     by_row: ByRow
-    parting: Parting
+    parting: Parting | None  # None where neither lobes nor folds are asked for

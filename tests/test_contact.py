@@ -15,7 +15,7 @@ from softbrake.state import Contact, Floats, History, Outcome
 pytestmark = pytest.mark.kernels
 
 PAPER = Path(__file__).resolve().parents[1] / "configs" / "paper.yaml"
-WIDE = Contact(ground=0.0, friction=0.0, cover=1, cover_radius=1.0, cargo=1, cargo_radius=1.0, cargo_height=inf, axis=0, folds=0)
+WIDE = Contact(ground=0.0, friction=0.0, cover=1, cover_radius=1.0, cargo=1, cargo_radius=1.0, cargo_height=inf, axis=0)
 NARROW = WIDE._replace(cargo_radius=0.5, cargo_height=0.8)
 
 

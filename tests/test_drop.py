@@ -46,7 +46,7 @@ def test_memory_of_a_node(contact: str, most: int) -> None:
         part = parts.pop()
         if isinstance(part, tuple):
             parts += part
-        else:
+        elif part is not None:
             doubles += part.nbytes / 8
     assert 6 < doubles / ((ours.model.n1 + 1) * ours.model.n2) < most
 

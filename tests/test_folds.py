@@ -15,7 +15,7 @@ from softbrake.kernels.meet import NEVER, crossing_of_triangle, nearest_on_face
 from softbrake.kernels.motion import close_nodes
 from softbrake.kernels.near import find_pairs
 from softbrake.kernels.step import fold_step
-from softbrake.state import PAD, Floats, FoldCount, History, Nodes, Outcome, Sector, Sheet, Step
+from softbrake.state import PAD, Blows, Floats, FoldCount, History, Nodes, Outcome, Sector, Sheet, Step
 
 pytestmark = pytest.mark.kernels
 
@@ -78,10 +78,10 @@ class Cloth:
         velocities[1:-1, :, 2] = np.clip(velocities[1:-1, :, 2], *((end - before[1:-1, :, 2]) / length for end in (low, high)))
         free[1:-1, :, 2] = np.clip(free[1:-1, :, 2], low, high)
         self.set(free, velocities)
-        part_moved(self.nodes, self.mass, self.contact, self.kinetic, self.folds, course, self.sheet)
+        blows = Blows(self.contact, self.kinetic, self.impulse, self.folds.stamp)
+        part_moved(self.nodes, self.mass, blows, self.folds, course, self.sheet)
         if self.folds.counts[FoldCount.CRAMPED]:
             self.folds = with_room(self.folds)
-        self.impulse += self.folds.impulse
         self.cover = course.next_cover
         after, velocities = self.places, self.velocities
         after[-1, :, 2] = self.cover

@@ -3,6 +3,7 @@
 Compiled once more with NUMBA_BOUNDSCHECK=1 these tests show that no kernel leaves its arrays.
 """
 
+import re
 from collections.abc import Callable
 from math import cos, exp, pi, sqrt
 from typing import Any, NamedTuple
@@ -21,7 +22,7 @@ from softbrake.drop import Drop
 from softbrake.kernels import fabric, pressure
 from softbrake.kernels.course import FELT, event_time
 from softbrake.kernels.fields import sample_fields
-from softbrake.kernels.jit import NoAlias
+from softbrake.kernels.jit import NoAlias, kernel
 from softbrake.kernels.step import advance
 from softbrake.kernels.timestep import stable_step
 from softbrake.state import PAD, Cells, Edges, Floats, History, Model, Nodes, Outcome, Peak, Pressure, PressureLaw, Rows
@@ -445,7 +446,7 @@ def test_cases_differ_in_values_not_in_types() -> None:
     for drop in drops:
         drop.advance(most=2)
         drop.advance(until=1e-3)
-    assert len(advance.signatures) == 1
+    assert [signature[1] for signature in advance.entry.signatures].count(typeof(drops[0].state)) == 1
 
 
 def test_noalias_reaches_the_compiler() -> None:
@@ -463,6 +464,33 @@ def test_noalias_reaches_the_compiler() -> None:
 
     assert not Flags().noalias
     assert promises(pipeline_class=NoAlias) > promises()
+
+
+@kernel
+def square(a):
+    return a * a
+
+
+@kernel
+def power(a):
+    return square(a) * square(square(a))
+
+
+@kernel
+def one_more(a):
+    return power(a) + 1.0
+
+
+def test_kernels_are_parts_of_the_one_that_python_calls() -> None:
+    """Machine code is made of the outermost, with all others inlined; Python and plain Numba may call any of them."""
+    assert one_more(2.0) == 65.0
+    afresh = njit(pipeline_class=NoAlias)(one_more.py_func)  # what comes from the cache shows no code
+    assert afresh(2.0) == 65.0
+    (code,) = afresh.inspect_llvm().values()
+    assert len(re.findall(r"^define .*one_more", code, re.M)) == code.count("define ")  # and none of the two others
+    assert square.signatures and not square.entry.signatures and not power.entry.signatures
+    assert square(3.0) == 9.0
+    assert njit(lambda a: power(a) + square(a))(2.0) == 68.0
 
 
 # Events in a step

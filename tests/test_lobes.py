@@ -159,7 +159,7 @@ def test_lobe_that_strays_beside_the_place_where_it_touches(column: int, around:
     momentum = model.mass @ grid_view(state.nodes.w, model).sum(axis=1)
     assert z[14, there] < z[10, there]
     course = Step(dt=dt, length=dt, gravity=0.0, cover=0.6, next_cover=0.6, gap=GAP, sector=model.sector)
-    part_lobes(model, state.nodes, state.work, drop.sweep.by_column, state.folds, course, False)
+    part_lobes(model, state.nodes, state.work, drop.sweep.by_column, np.zeros(2), course, False)
     assert z[13, at] - z[11, at] == pytest.approx(0.0, abs=1e-12)
     assert model.mass @ grid_view(state.nodes.w, model).sum(axis=1) == pytest.approx(momentum, rel=1e-12)
     if twist == 0.0:
@@ -173,19 +173,19 @@ def test_cargo_has_the_last_word_where_lobes_are_parted() -> None:
     """A node 0.1 mm beside the cargo, on which another falls along the radius at 20 m/s: both are held at its side."""
     drop = groove("[ground, belts, cover, cargo]")
     model, state, dt = drop.model, drop.state, 1e-4
-    nodes, folds = state.nodes, state.folds
+    nodes, impulse = state.nodes, np.zeros(2)
     a, b = (np.uint64(row * model.stride + PAD) for row in (11, 13))
     course = Step(dt=dt, length=dt, gravity=0.0, cover=0.1, next_cover=0.1, gap=GAP, sector=model.sector)
     for node, radius, u in ((a, 0.2501, 0.0), (b, 0.2511, -20.0)):
         nodes.x[node], nodes.y[node], nodes.z[node] = radius + dt * u, 0.0, 0.3
         nodes.u[node], nodes.v[node], nodes.w[node] = u, 0.0, 0.0
-    blows = Blows(state.work.contact, drop.sweep.by_column.kinetic, folds.impulse, folds.stamp)
+    blows = Blows(state.work.contact, drop.sweep.by_column.kinetic, impulse, None)
     sheet, mass = shell_sheet(model, True), model.mass[11]
     assert part_nodes(nodes, blows, course, sheet, a, b, 0, mass, mass, 1.0, 0.0, 0.0) == 1
     for node in (a, b):
         assert nodes.x[node] == pytest.approx(model.contact.cargo_radius, rel=1e-12)
     assert nodes.u[a] == pytest.approx(-1.0, rel=1e-9)
-    assert nodes.w[a] == folds.impulse[0] == 0.0
+    assert nodes.w[a] == impulse[0] == 0.0
 
 
 def test_columns_beyond_the_ends_of_a_sector() -> None:

@@ -40,26 +40,30 @@ FACE = 2**32 - 1  # bits of a pair that name the face
 
 
 @kernel
-def part_shell(model, nodes, work, by_column, folds, course, touching):
-    """Keep the folds of the full shell apart in the step to n+1.
+def part_shell(model, nodes, work, by_column, impulse, folds, course, touching):
+    """Keep the folds of the full shell apart in the step to n+1, where they are asked for: folds is not None.
 
-    Reads model, course; touching: whether cover and cargo are in the way. Writes nodes, work.contact; by_column.kinetic,
-    on_cargo, impulse; folds.
+    Reads model, course; touching: whether cover and cargo are in the way. Writes nodes, work.contact; by_column.kinetic; impulse
+    (N s, upwards: on the cargo, of the ground on the fabric); folds.
     """
+    if folds is None:  # decided by type: the rest is not compiled
+        return
     sheet = shell_sheet(model, touching)
-    part_moved(nodes, model.mass, work.contact, by_column.kinetic, folds, course, sheet)
-    by_column.on_cargo[0] += folds.impulse[0]
-    by_column.impulse[0] += folds.impulse[1]
+    part_moved(nodes, model.mass, Blows(work.contact, by_column.kinetic, impulse, folds.stamp), folds, course, sheet)
 
 
 @kernel
 def part_meridian(model, nodes, meridian, folds, course):
     """Keep the folds of a meridian apart in the step to n+1: node i of nodes at radius x, height z; y and v zero.
 
-    Reads model, course. Writes nodes, folds, with the impulses on cargo and ground in folds.impulse; add_contact_work books them.
+    Reads model, course. Writes nodes, folds, meridian.impulse. Returns whether a node may have moved, for add_contact_work to
+    book; nothing is done where folds is None.
     """
+    if folds is None:
+        return 0
     sheet = meridian_sheet(model, course)
-    part_moved(nodes, model.mass, meridian.contact, meridian.kinetic, folds, course, sheet)
+    part_moved(nodes, model.mass, Blows(meridian.contact, meridian.kinetic, meridian.impulse, folds.stamp), folds, course, sheet)
+    return folds.counts[FoldCount.DUE]
 
 
 @kernel
@@ -86,10 +90,8 @@ def sheet_of(model, columns, stride, first, breadth, edge, touching, axis):
 
 
 @kernel
-def part_moved(nodes, mass, contact, kinetic, folds, course, sheet):
+def part_moved(nodes, mass, blows, folds, course, sheet):
     """Keep folds apart, while the row on the cover, which is pushed last, stands where it is foreseen. See part_folds."""
-    folds.impulse[0] = 0.0
-    folds.impulse[1] = 0.0
     if folds.counts[FoldCount.DUE] == 0 or course.next_cover <= LAST * course.cover:
         return
     top = sheet.rows * sheet.stride + sheet.first
@@ -98,7 +100,7 @@ def part_moved(nodes, mass, contact, kinetic, folds, course, sheet):
     for a in range(top - copies, top + sheet.columns + copies):
         nodes.z[a] = course.next_cover
         nodes.w[a] = speed
-    part_folds(nodes, mass, Blows(contact, kinetic, folds.impulse, folds.stamp), folds, course, sheet)
+    part_folds(nodes, mass, blows, folds, course, sheet)
     for a in range(top - copies, top + sheet.columns + copies):
         nodes.z[a] = course.cover
         nodes.w[a] = old
@@ -454,8 +456,10 @@ def watch_shell(nodes, folds, by_column, n1, n2, stride, h1, h2, radius, window)
     As long as each cell, seen from the axis, lies the right way round, the shell is a graph over the cylinder between its held
     rows and cannot meet itself: sure where each generatrix edge climbs and each hoop edge goes round, and neither does as much of
     the other. Rates are taken to last for the window. In a step two nodes then near each other by a quarter cell at most.
-    Reads nodes. Writes folds.counts; scratch in by_column.rate, lift.
+    Reads nodes. Writes folds.counts; scratch in by_column.rate, lift. No step is too long where folds is None.
     """
+    if folds is None:
+        return inf
     x, y, z, u, v, w = nodes.x, nodes.y, nodes.z, nodes.u, nodes.v, nodes.w
     least, speed = by_column.rate, by_column.lift
     climb, turn = UPRIGHT * h1, UPRIGHT * h2 / radius
@@ -491,12 +495,30 @@ def watch_meridian(nodes, folds, n1, h1, window):
 
     As long as each edge climbs, the meridian is a graph over the axis. As watch_shell.
     """
+    if folds is None:
+        return inf
     z, u, w = nodes.z, nodes.u, nodes.w
     least, fastest = inf, 0.0
     for i in range(n1):
         least = min(least, z[i + 1] - z[i] + window * min(w[i + 1] - w[i], 0.0))
         fastest = max(fastest, u[i + 1] * u[i + 1] + w[i + 1] * w[i + 1])
     return note_watch(folds, int(least <= UPRIGHT * h1), fastest, h1)
+
+
+@kernel
+def folds_due(folds):
+    """Return whether folds are asked for and may meet."""
+    if folds is None:
+        return False
+    return folds.counts[FoldCount.DUE] == 1
+
+
+@kernel
+def cramped(folds):
+    """Return whether the arrays are too small for the pairs there are."""
+    if folds is None:
+        return False
+    return folds.counts[FoldCount.CRAMPED] == 1
 
 
 @kernel

@@ -4,13 +4,19 @@ import hashlib
 import os
 import sys
 import tempfile
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from functools import cached_property
 from pathlib import Path
 from typing import Any
 
 from numba import config, njit
+from numba.core import event
+from numba.core.codegen import JITCodeLibrary
 from numba.core.compiler import Compiler
+from numba.core.registry import CPUDispatcher
 
+OPTIONS = {"nogil": True, "error_model": "numpy", "no_cfunc_wrapper": True}
 PACKAGE = Path(__file__).resolve().parents[1]
 
 
@@ -72,16 +78,95 @@ class NoAlias(Compiler):
         super().__init__(typingctx, targetctx, library, args, return_type, flags, locals)
 
 
-def kernel(function: Callable[..., Any]) -> Callable[..., Any]:
-    """Compile at the first call, cache the machine code; division by zero gives inf as in NumPy. See NoAlias.
+class Part(JITCodeLibrary):
+    """The code of a kernel for those that call it, handed on as it stands.
+
+    Numba would optimise it with all it calls and make machine code of it, then do the same again in each of its callers. Since
+    all are inlined, only that of the outermost is ever run: half of the compilation of the full shell was for nothing.
+    """
+
+    _linking_libraries: list[Any]
+
+    def add_linking_library(self, library: Any) -> None:
+        library._ensure_finalized()
+        further = library._linking_libraries if isinstance(library, Part) else []
+        self._linking_libraries = [*dict.fromkeys([*self._linking_libraries, library, *further])]
+
+    def finalize(self) -> None:
+        self._finalized = True
+
+    def _get_module_for_linking(self) -> Any:
+        """Return this code and all that it calls."""
+        whole = super()._get_module_for_linking().clone()
+        for library in self._linking_libraries:
+            whole.link_in(JITCodeLibrary._get_module_for_linking(library), preserve=True)
+        return whole
+
+
+class Inner(NoAlias):
+    """Compiles a kernel as a Part. The promise of no overlap is left to the outermost, whose arrays they all are.
+
+    Repeated at each call it would fill three quarters of the code with scopes, and win nothing.
+    """
+
+    def compile_extra(self, function: Callable[..., Any]) -> Any:
+        state = self.state
+        state.library = Part(state.targetctx.codegen(), function.__qualname__)
+        state.flags.noalias = False
+        state.flags.no_compile = True
+        return super().compile_extra(function)
+
+
+class Kernel(CPUDispatcher):
+    """A function that kernels and Python call: for kernels it is a Part; where Python calls it, it gets an entry of its own."""
+
+    def __init__(self, function: Callable[..., Any]) -> None:
+        options = {**OPTIONS, "nopython": True, "no_cpython_wrapper": True}
+        super().__init__(function, targetoptions=options, pipeline_class=Inner)
+
+    @cached_property
+    def entry(self) -> Any:
+        """Numba's dispatcher of the kernel as the outermost; its machine code is cached, with all the parts in it."""
+        theirs = config.CACHE_DIR
+        config.CACHE_DIR = str(CACHE_FOLDER)
+        try:
+            return njit(cache=True, pipeline_class=NoAlias, **OPTIONS)(self.py_func)
+        finally:
+            config.CACHE_DIR = theirs
+
+    def __call__(self, *arguments: Any) -> Any:
+        return self.entry(*arguments)
+
+    def add_overload(self, compiled: Any) -> None:
+        """Keep a Part by its types, and tell Numba of it by its library: it has no entry point, which would be its name there."""
+        part = compiled.library
+        self.targetctx.insert_user_function(part, compiled.fndesc, [part])
+        self.overloads[tuple(compiled.signature.args)] = compiled._replace(entry_point=part)
+
+
+class _Announcement(event.Listener):
+    def __init__(self, say: Callable[[], None]) -> None:
+        self.say: Callable[[], None] | None = say
+
+    def on_start(self, event: event.Event) -> None:
+        say, self.say = self.say, None
+        if say is not None:
+            say()
+
+    def on_end(self, event: event.Event) -> None:
+        pass
+
+
+@contextmanager
+def before_compiling(say: Callable[[], None]) -> Iterator[None]:
+    """Call say once within the context, at the first kernel that is not found compiled."""
+    with event.install_listener("numba:compile", _Announcement(say)):
+        yield
+
+
+def kernel(function: Callable[..., Any]) -> Kernel:
+    """Compile at the first call, cache the machine code; division by zero gives inf as in NumPy. See NoAlias, Kernel.
 
     Kernels let other threads run: no two drops share an array.
     """
-    theirs = config.CACHE_DIR
-    config.CACHE_DIR = str(CACHE_FOLDER)
-    try:
-        compiler = njit(cache=True, nogil=True, error_model="numpy", pipeline_class=NoAlias, no_cfunc_wrapper=True)
-        compiled: Callable[..., Any] = compiler(function)
-        return compiled
-    finally:
-        config.CACHE_DIR = theirs
+    return Kernel(function)

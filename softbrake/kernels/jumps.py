@@ -15,14 +15,15 @@ from softbrake.kernels.fabric import (
     update_hoop_tension,
     update_shear,
 )
+from softbrake.kernels.folds import folds_due, part_shell
 from softbrake.kernels.geometry import update_area_vectors, update_edges
 from softbrake.kernels.jit import kernel
 from softbrake.kernels.ledger import add_belt_work, add_cell_work, add_edge_work, add_shear_work
-from softbrake.kernels.lobes import may_fold
+from softbrake.kernels.lobes import may_fold, part_lobes
 from softbrake.kernels.motion import close_edges, close_row, hold_row, turn_row
 from softbrake.kernels.pressure import update_damped_pressure
 from softbrake.kernels.rows import lanes
-from softbrake.state import PAD, FoldCount, History, Scheme
+from softbrake.state import PAD, History, Scheme
 
 ONE = uint64(1)
 FIRST = uint64(PAD)
@@ -31,9 +32,10 @@ FIRST = uint64(PAD)
 @kernel
 def begin_parting(model, state, parting):
     """Return whether lobes or folds may meet in the step, and if so keep the velocities at n-1/2. Writes parting.before."""
+    if parting is None:  # decided by type: what parts them is not compiled
+        return False
     nodes, before = state.nodes, parting.before
-    due = model.contact.folds == 1 and state.folds.counts[FoldCount.DUE] == 1
-    if not due and not may_fold(nodes, model.lobes, uint64(model.stride), model.n2):
+    if not folds_due(state.folds) and not may_fold(nodes, model.lobes, uint64(model.stride), model.n2):
         return False
     for a in range(uint64(nodes.u.size)):
         before.u[a] = nodes.u[a]
@@ -43,13 +45,25 @@ def begin_parting(model, state, parting):
 
 
 @kernel
-def keep_free(nodes, parting):
-    """Keep the velocities at n+1/2 before lobes and folds are parted. Writes parting.free."""
-    free = parting.free
+def part_cloth(model, nodes, work, by_column, parting, folds, course, touching):
+    """Part lobes and folds after all rows are pushed, and keep the velocities at n+1/2 before.
+
+    Reads model, course; touching: whether cover and cargo are in the way. Writes nodes, work.contact; by_column.kinetic,
+    on_cargo, impulse; parting.free, impulse; folds.
+    """
+    if parting is None:
+        return
+    free, impulse = parting.free, parting.impulse
     for a in range(uint64(nodes.u.size)):
         free.x[a] = nodes.u[a]
         free.y[a] = nodes.v[a]
         free.z[a] = nodes.w[a]
+    impulse[0] = 0.0
+    impulse[1] = 0.0
+    part_lobes(model, nodes, work, by_column, impulse, course, touching)  # (2.5)
+    part_shell(model, nodes, work, by_column, impulse, folds, course, touching)
+    by_column.on_cargo[0] += impulse[0]
+    by_column.impulse[0] += impulse[1]
 
 
 @kernel
@@ -113,15 +127,17 @@ def sum_works(work, sums, columns):
 
 
 @kernel
-def add_jump_work(model, state, sweep, dt, length):
+def add_jump_work(model, state, sweep, parting, dt, length):
     """Add what the parting of lobes and folds changed of the works of the step, after all rows are pushed.
 
-    dt: from n-1/2 to n+1/2; length: from n to n+1 (s). Reads state.nodes at n+1, now[PRESSURE] of n, sweep.parting. Writes
+    dt: from n-1/2 to n+1/2; length: from n to n+1 (s). Reads state.nodes at n+1, now[PRESSURE] of n, parting. Writes
     state.work; scratch in sweep, which it goes through as sweep_rows does.
     """
+    if parting is None:
+        return
     n1, n2, stride, fabric, belts = model.n1, model.n2, uint64(model.stride), model.fabric, model.belts
     nodes, work, pressure = state.nodes, state.work, state.now[History.PRESSURE]
-    before, free, sector = sweep.parting.before, sweep.parting.free, model.sector
+    before, free, sector = parting.before, parting.free, model.sector
     first, last = find_jumps(nodes, free, n1, stride, n2)
     if first > last:
         return

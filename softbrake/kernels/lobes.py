@@ -124,7 +124,7 @@ def any_folded(nodes, a, b, stride, columns):
 
 
 @kernel
-def part_lobes(model, nodes, work, by_column, folds, course, touching):
+def part_lobes(model, nodes, work, by_column, impulse, course, touching):
     """Keep the sub-regions G1 below and G2 above each belt out of one another. Condition (2.5).
 
     Where the lobes fold over the belt, their normals m1, m2 are opposed, and the rows M1, M2 next to the belt may meet: they are
@@ -136,14 +136,12 @@ def part_lobes(model, nodes, work, by_column, folds, course, touching):
                     B      belt
            N2 ── M2 ┘      gas above, m2 upwards
 
-    Reads model, course; touching: whether cover and cargo are in the way. Writes nodes, work.contact; by_column.kinetic,
-    on_cargo, impulse; folds.impulse.
+    Reads model, course; touching: whether cover and cargo are in the way. Writes nodes, work.contact; by_column.kinetic; impulse
+    (N s, upwards: on the cargo, of the ground on the fabric).
     """
     stride, columns, mass, lobes = uint64(model.stride), model.n2, model.mass, model.lobes
     sheet = shell_sheet(model, touching)
-    folds.impulse[0] = 0.0
-    folds.impulse[1] = 0.0
-    blows = Blows(work.contact, by_column.kinetic, folds.impulse, folds.stamp)
+    blows = Blows(work.contact, by_column.kinetic, impulse, None)
     for k in range(lobes.below.size):
         row_1, row_2 = lobes.below[k], lobes.above[k]
         start_1, start_2 = uint64(row_1) * stride + FIRST, uint64(row_2) * stride + FIRST
@@ -175,8 +173,6 @@ def part_lobes(model, nodes, work, by_column, folds, course, touching):
             close_nodes(nodes, model.sector, start_2, columns)
             close_nodes(nodes, model.sector, start_1 - stride, columns)
             close_nodes(nodes, model.sector, start_2 + stride, columns)
-    by_column.on_cargo[0] += folds.impulse[0]
-    by_column.impulse[0] += folds.impulse[1]
 
 
 @kernel
@@ -190,17 +186,15 @@ def column_of(column, columns, sector, x, y):
 
 
 @kernel
-def part_meridian_lobes(model, nodes, meridian, folds, course):
+def part_meridian_lobes(model, nodes, meridian, course):
     """Keep the lobes of the axisymmetric shell apart at each belt, as part_lobes does. Condition (2.5).
 
-    Where all columns are alike b12 is zero; N on the generatrices beside M deviates by b22 more. Writes nodes, folds.impulse;
+    Where all columns are alike b12 is zero; N on the generatrices beside M deviates by b22 more. Writes nodes, meridian.impulse;
     add_contact_work books them. Returns whether any were kept.
     """
     mass, lobes, moved = model.mass, model.lobes, 0
-    folds.impulse[0] = 0.0
-    folds.impulse[1] = 0.0
     sheet = meridian_sheet(model, course)
-    blows = Blows(meridian.contact, meridian.kinetic, folds.impulse, folds.stamp)
+    blows = Blows(meridian.contact, meridian.kinetic, meridian.impulse, None)
     for k in range(lobes.below.size):
         a, b = uint64(lobes.below[k]), uint64(lobes.above[k])
         if not folded(nodes, a, b, ONE):

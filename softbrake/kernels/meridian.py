@@ -10,14 +10,14 @@ from numba import uint64
 
 from softbrake.kernels.contact import GAP, allowed_place, foresee, shift, slowed
 from softbrake.kernels.course import begin_step, choose_step, end_step, raise_peak, ran_away, record
-from softbrake.kernels.folds import part_meridian, watch_meridian, window_of
+from softbrake.kernels.folds import cramped, part_meridian, watch_meridian, window_of
 from softbrake.kernels.geometry import SMALLEST_SQUARE
 from softbrake.kernels.jit import kernel
 from softbrake.kernels.lobes import part_meridian_lobes
 from softbrake.kernels.motion import push_cargo
 from softbrake.kernels.pressure import pressure_at, update_damped_pressure
 from softbrake.kernels.timestep import along, joined, largest, rate_of
-from softbrake.state import PAD, FoldCount, History, Outcome, Peak
+from softbrake.state import PAD, History, Outcome, Peak
 
 ONE = uint64(1)
 FIRST = uint64(PAD)
@@ -56,14 +56,12 @@ def sweep_meridian(model, state, meridian, dt, length):
     impulse = 0.0
     if near != 0:
         impulse = press_meridian(nodes, meridian, contact, step, mass, n1)
-    moved |= part_meridian_lobes(model, nodes, meridian, state.folds, step)  # (2.5)
-    impulse += state.folds.impulse[0]
-    lift = state.folds.impulse[1]
-    if contact.folds == 1 and state.folds.counts[FoldCount.DUE] == 1:
-        part_meridian(model, nodes, meridian, state.folds, step)
-        impulse += state.folds.impulse[0]
-        lift += state.folds.impulse[1]
-        moved = 1
+    meridian.impulse[0] = 0.0
+    meridian.impulse[1] = 0.0
+    moved |= part_meridian_lobes(model, nodes, meridian, step)  # (2.5)
+    moved |= part_meridian(model, nodes, meridian, state.folds, step)
+    impulse += meridian.impulse[0]
+    lift = meridian.impulse[1]
     if moved != 0:
         add_contact_work(nodes, meridian, work, step, mass, n1)
 
@@ -429,10 +427,8 @@ def advance_meridian(model, state, meridian, history, interval, most, until):
         chosen = state.steps[0] >= state.choice[0]
         if chosen:
             choose_step(state, stable_step_of_meridian(model, state.nodes, meridian))  # (3.3)
-            if model.contact.folds == 1:
-                window = window_of(model, state)
-                longest = watch_meridian(state.nodes, state.folds, n1, model.fabric.h1, window)
-                state.stable_step[0] = min(state.stable_step[0], longest / model.courant)
+            longest = watch_meridian(state.nodes, state.folds, n1, model.fabric.h1, window_of(model, state))
+            state.stable_step[0] = min(state.stable_step[0], longest / model.courant)
         length, dt = begin_step(model, state)
         height, raised = sweep_meridian(model, state, meridian, dt, length)
         if recorded:
@@ -443,7 +439,7 @@ def advance_meridian(model, state, meridian, history, interval, most, until):
             book_energies(model, state.nodes, state.work, now)
         outcome = end_step(model, state, length, height)
         done += 1
-        if state.folds.counts[FoldCount.CRAMPED] == 1:
+        if cramped(state.folds):
             break
     if done > 0:
         if not recorded:

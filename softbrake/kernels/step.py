@@ -15,17 +15,16 @@ from softbrake.kernels.fabric import (
     update_hoop_tension,
     update_shear,
 )
-from softbrake.kernels.folds import part_shell, watch_shell, window_of
+from softbrake.kernels.folds import cramped, watch_shell, window_of
 from softbrake.kernels.geometry import clear_edges, clear_forces, update_area_vectors, update_edges
 from softbrake.kernels.jit import kernel
-from softbrake.kernels.jumps import add_jump_work, begin_parting, keep_free
+from softbrake.kernels.jumps import add_jump_work, begin_parting, part_cloth
 from softbrake.kernels.ledger import add_belt_work, add_cargo_work, add_cell_work, add_edge_work, add_shear_work, update_top
-from softbrake.kernels.lobes import part_lobes
 from softbrake.kernels.motion import close_edges, hold_row, lift_row, push_cargo, push_row, vertical_forces
 from softbrake.kernels.pressure import pressure_at, update_damped_pressure
 from softbrake.kernels.rows import lanes
 from softbrake.kernels.timestep import stable_step
-from softbrake.state import PAD, FoldCount, History, Outcome, Peak, Scheme
+from softbrake.state import PAD, History, Outcome, Peak, Scheme
 
 ONE = uint64(1)
 FIRST = uint64(PAD)
@@ -128,10 +127,7 @@ def sweep_rows(model, state, sweep, dt, length, parting):
                 press_row(nodes, force, area, on_nodes, mean, work, by_column, contact, step, mass[i], node, row, n2)
         else:
             if parting:
-                keep_free(nodes, sweep.parting)
-                part_lobes(model, nodes, work, by_column, folds, step, touching)  # (2.5)
-            if parting and contact.folds == 1:
-                part_shell(model, nodes, work, by_column, folds, step, touching)
+                part_cloth(model, nodes, work, by_column, sweep.parting, folds, step, touching)  # (2.5)
             tension, gas = vertical_forces(force, area, on_nodes, n2)
             impulse = total(by_column.on_cargo, n2)
             now[History.CONTACT_FORCE] = sectors * (impulse / dt)
@@ -252,13 +248,12 @@ def advance(model, state, sweep, history, interval, most, until):
     while done < most and now[History.TIME] < until and rows + 1 < history.shape[0]:
         if state.steps[0] >= state.choice[0]:
             choose_step(state, stable_step(model, state.nodes, sweep))  # (3.3)
-            if model.contact.folds == 1:
-                state.stable_step[0] = min(state.stable_step[0], fold_step(model, state, by_column) / model.courant)
+            state.stable_step[0] = min(state.stable_step[0], fold_step(model, state, by_column) / model.courant)
         length, dt = begin_step(model, state)
         parting = begin_parting(model, state, sweep.parting)
         height = sweep_rows(model, state, sweep, dt, length, parting)
         if parting:
-            add_jump_work(model, state, sweep, dt, length)
+            add_jump_work(model, state, sweep, sweep.parting, dt, length)
         if state.steps[0] % interval == 0:
             record(history, rows, now)
             rows += 1
@@ -268,6 +263,6 @@ def advance(model, state, sweep, history, interval, most, until):
         if outcome != Outcome.RUNNING:
             record(history, rows, now)
             return rows + 1, outcome
-        if state.folds.counts[FoldCount.CRAMPED] == 1:
+        if cramped(state.folds):
             break
     return rows, Outcome.RUNNING
