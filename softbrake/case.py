@@ -185,6 +185,18 @@ class Case:
     model: Model
     output: Output
 
+    @property
+    def without_contact(self) -> list[str]:
+        """Paths of inputs that do nothing, for the contact that they belong to is not asked for, or no fabric is there."""
+        parts = () if self.model.fidelity == "lumped" else self.contact
+        cargo, idle = self.cargo, []
+        if self.friction > 0.0 and "ground" not in parts and "cover" not in parts:
+            idle.append("friction")
+        if "cargo" not in parts:
+            idle += ["cargo.diameter"] if cargo.diameter != self.shell.diameter else []
+            idle += ["cargo.height"] if cargo.height is not None else []
+        return idle
+
 
 class CaseError(Exception):
     """A case file or an override has faults; `faults` holds a message for each, in the order of the file."""

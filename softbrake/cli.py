@@ -165,17 +165,20 @@ def run(
 @app.command()
 def check(case_file: CaseFile, overrides: Overrides = None) -> None:
     """Check a case file and print what it means, without running it."""
+    from softbrake.summary import contact_in_words
+
     case, designs = _load(case_file, overrides), _designs(case_file, overrides)
     heights = ", ".join(f"{belt.height:.4g}" for belt in case.belts)
     free_fall = (case.cargo.velocity**2 + 2 * case.gravity * case.shell.height) ** 0.5
-    no_folds = "; folds not in a sector" if case.model.sector else ""
+    idle = f"  without effect      {', '.join(case.without_contact)}\n" if case.without_contact else ""
     typer.echo(
         f"{case_file}: OK\n"
         f"  {case.title}\n"
         f"  grid                {case.grid.generatrix} x {case.grid.hoop} cells (generatrix x hoop), {case.model.scheme} scheme\n"
         f"  fidelity            {case.model.fidelity}{f' of {case.model.sector} columns' if case.model.sector else ''}\n"
         f"  belts               {len(case.belts)}{f' at {heights} m' if heights else ''}\n"
-        f"  contact             {', '.join(case.contact) or 'none'}{no_folds}\n"
+        f"  contact             {contact_in_words(case.model.fidelity, case.contact)}\n"
+        f"{idle}"
         f"  viscosity           {case.fabric.viscosity:.4g} N*s/m\n"
         f"  free-fall velocity  {free_fall:.5f} m/s"
     )

@@ -17,7 +17,7 @@ from rich.progress import BarColumn, TextColumn
 from rich.progress import Progress as Bar
 from rich.table import Table
 
-from softbrake.summary import Inflation, Rung, Sensitivities, Summary
+from softbrake.summary import Inflation, Rung, Sensitivities, Summary, contact_in_words
 
 if TYPE_CHECKING:
     from softbrake.case import FullStop
@@ -91,6 +91,7 @@ def print_summary(summary: Summary, tension_scale: float | None = None, console:
     model = summary.model
     for line in (
         f"{model.fidelity}, {model.scheme} scheme, {model.generatrix} x {model.hoop} cells, Courant {model.courant:g}",
+        *(() if model.contact is None else (f"contact: {contact_in_words(model.fidelity, model.contact)}",)),
         f"{summary.steps} steps of {summary.time_step * 1e6:.4g} us on average; "
         f"kernels {summary.kernel_seconds:.2f} s of CPU, wall {summary.wall_seconds:.2f} s",
     ):

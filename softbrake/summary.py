@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass, field
 from typing import Literal
 
@@ -26,6 +27,18 @@ class ModelUsed:
     hoop: int
     courant: float
     scheme: str
+    contact: list[str] | None = None  # what stops the fabric; None in older result files
+
+
+def contact_in_words(fidelity: str, parts: Iterable[str]) -> str:
+    """What stops the fabric, and whether its folds meet."""
+    if fidelity == "lumped":
+        return "none: gas alone, no fabric"
+    parts = tuple(parts)
+    words = ", ".join(parts) or "none"
+    if "folds" in parts:
+        return words
+    return words + ("; folds not in a sector" if fidelity == "sector" else "; folds may pass through each other")
 
 
 @dataclass(frozen=True)

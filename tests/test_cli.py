@@ -118,6 +118,19 @@ def test_check_says_that_a_sector_has_no_folds(softbrake: Command, paper: Path) 
     assert "contact             ground, cover, cargo; folds not in a sector\n" in softbrake("check", paper, *sector).stdout
 
 
+def test_check_says_which_contact_does_nothing(softbrake: Command, paper: Path) -> None:
+    def said(*overrides: str) -> str:
+        return softbrake("check", paper, *(word for override in overrides for word in ("--set", override))).stdout
+
+    unused = ("friction=0.3", "cargo.height=0.2", "cargo.diameter=0.3")
+    assert "  contact             none: gas alone, no fabric\n" in said("model.fidelity=lumped", "contact=full")
+    assert "  without effect      friction, cargo.diameter, cargo.height\n" in said("model.fidelity=lumped", *unused)
+    assert "  without effect      friction, cargo.diameter, cargo.height\n" in said("contact=[folds]", *unused)
+    assert "  contact             ground; folds may pass through each other\n" in said("contact=ground", *unused)
+    assert "  without effect      cargo.diameter, cargo.height\n" in said("contact=ground", *unused)
+    assert "without effect" not in said("contact=solid", *unused)
+
+
 def test_init_writes_a_case_that_checks_and_never_overwrites_unasked(softbrake: Command, tmp_path: Path) -> None:
     starter = softbrake("init", "-").stdout
     assert softbrake("init").returncode == 0

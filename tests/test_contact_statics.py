@@ -117,12 +117,13 @@ def squeezed(stiffness: float, gap: float, columns: int) -> Tube:
 @pytest.mark.kernels
 @pytest.mark.parametrize("gap", [0.35, 0.25, 0.1])
 def test_inextensible_tube_between_plates(gap: float) -> None:
-    """Force per length πp(R - h/2), tension ph/2, contact π(R - h/2)."""
+    """Force per length πp(R - h/2), tension ph/2, contact π(R - h/2): 36, 60, 96 edges, so that one node is 1 % at least."""
     exact, tube = stadium(inf, PRESSURE, RADIUS, gap), squeezed(STIFF, gap, 240)
-    assert (tube.on_plate, tube.on_ground) == pytest.approx([exact.force] * 2, rel=0.005)
-    assert tube.tension == pytest.approx(exact.tension, rel=0.002)
+    assert (tube.on_plate, tube.on_ground) == pytest.approx([exact.force] * 2, rel=0.0025)
+    assert tube.tension == pytest.approx(exact.tension, rel=0.0005)
     assert tube.uneven < 0.01 * exact.tension
-    assert (tube.width_plate, tube.width_ground) == pytest.approx([exact.width] * 2, abs=tube.edge)
+    assert (tube.width_plate, tube.width_ground) == pytest.approx([exact.width] * 2, rel=0.001)
+    assert tube.area == pytest.approx(exact.area, rel=0.001)
 
 
 @pytest.mark.kernels
@@ -193,7 +194,11 @@ def cloth(falling: Drop) -> tuple[Floats, Floats, Floats]:
 @pytest.mark.parametrize("law", ["true_tension", "nominal_tension"])
 @pytest.mark.parametrize("rows", [12, 24, 48])
 def test_shell_between_plates(law: str, rows: int) -> None:
-    """Forces, contact, shape and T11. The forces jump as nodes lift off: their error has an envelope of second order."""
+    """Forces, contact, shape and T11. The forces jump as nodes lift off: their error has an envelope of second order.
+
+    The area on the ground is that of whole cells: of the nodes that lie, to half a cell beyond the last, itself half a cell
+    too far at most.
+    """
     contraction = 1 - 0.25 * 0.0125
     membrane = Membrane(*(c / contraction for c in (20e3, 1e3, 250.0)), PRESSURE, RADIUS, law == "true_tension")
     falling = upright(law, rows, 2 * rows, plates=True)
@@ -201,15 +206,18 @@ def test_shell_between_plates(law: str, rows: int) -> None:
         lower(falling, height)
         exact = pressed_shell(membrane, 0.6, falling.now(History.HEIGHT))
         forces = falling.now(History.GROUND_FORCE), falling.now(History.COVER_FORCE)
-        assert forces == pytest.approx([exact.force] * 2, rel=12 / rows**2)
+        assert forces == pytest.approx([exact.force] * 2, rel=6 / rows**2)
         radius, z, tension_1 = cloth(falling)
         half = slice(1, rows // 2 + 1)
         length, r, t = exact.meridian.T
         places = np.arange(rows // 2 + 1)[half] * 0.6 / rows
-        assert radius[half] == pytest.approx(np.interp(places, length, r), rel=1.5 / rows**2)
+        assert radius[half] == pytest.approx(np.interp(places, length, r), rel=0.5 / rows**2)
         assert tension_1[half] == pytest.approx(np.interp(places, length, t), rel=12 / rows**2)
         lifts = radius[np.argmax(z > 1e-9) - 1 :][:2]  # the last row that lies, the first that does not
-        assert lifts[0] - 0.5 * np.diff(lifts)[0] < exact.contact < lifts[1]
+        cell = np.diff(lifts)[0]
+        assert lifts[0] - 0.5 * cell < exact.contact < lifts[1]
+        reached = np.sqrt(falling.now(History.GROUND_AREA) / (rows * np.sin(np.pi / rows)))  # radius of a polygon of 2 rows edges
+        assert reached == pytest.approx(exact.contact, abs=0.6 * cell)
 
 
 def potential(falling: Drop) -> float:

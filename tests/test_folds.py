@@ -585,21 +585,66 @@ def test_momentum_changes_by_gravity_and_ground_only() -> None:
     assert momentum() - before == pytest.approx(impulse, abs=1e-10 * abs(before))
 
 
-def test_free_flight_does_not_pay() -> None:
-    """Until cloth lies on the ground no search is due, and nothing changes in any digit."""
-    with_folds, without = drop(*CRUSH), drop(*CRUSH, folds=False)
+@pytest.mark.parametrize("grid", [(14, 24), (24, 48)])
+@pytest.mark.parametrize("courant", [0.5, 0.9])
+def test_free_flight_does_not_pay(courant: float, grid: tuple[int, int]) -> None:
+    """Until waves from the ground come back no search is due, whatever rings at the start, and nothing changes in any digit."""
+    size = f"grid={{generatrix: {grid[0]}, hoop: {grid[1]}}}"
+    with_folds, without = (drop(size, f"time.courant={courant}", folds=folds) for folds in (True, False))
     for falling in (with_folds, without):
-        falling.advance(until=0.002)
+        falling.advance(until=0.006)
     assert with_folds.state.folds.counts[FoldCount.SEARCHES] == 0
     assert np.array_equal(places_of(with_folds), places_of(without))
 
 
-def test_step_is_cut_for_fast_cloth() -> None:
-    """Two nodes at the largest speed near each other by a quarter of a cell."""
+@pytest.mark.parametrize(("part", "scale"), [("w", 1.0), ("v", 0.5), ("w", -1.0), ("v", -0.5)])
+@pytest.mark.parametrize(("turned", "due"), [(0.8, False), (0.95, True)])
+def test_folds_are_foreseen(part: str, scale: float, turned: float, due: bool) -> None:
+    """An edge of an upright wall of which 0.2 or 0.05 of a cell will be left at the next look: UPRIGHT lies between them.
+
+    Of a row of nodes that climbs or sinks alone, or of a column whose neighbours go round the other way.
+    """
     falling = drop(*CRUSH)
+    model, state = falling.model, falling.state
+    state.stable_step[0], state.choice[1] = 1e-5, 16
+    speed = turned / (16 * model.courant * 1e-5)
+    velocity = scale * speed * (model.fabric.h1 if part == "w" else model.fabric.h2)
+    for values in (state.nodes.u, state.nodes.v, state.nodes.w):
+        values[:] = 0.0
+    if part == "w":
+        grid_view(state.nodes.w, model)[6] = velocity
+    else:  # column 0, on the x axis, against its neighbours
+        grid_view(state.nodes.v, model)[:, 0] = velocity
+        grid_view(state.nodes.v, model)[:, 1] = -velocity
+        grid_view(state.nodes.v, model)[:, -1] = -velocity
+    for row in range(model.n1 + 1):
+        close_nodes(state.nodes, model.sector, np.uint64(row * model.stride + PAD), model.n2)
+    fold_step(model, state, falling.sweep.by_column)
+    assert state.folds.counts[FoldCount.DUE] == due
+    assert state.folds.counts[FoldCount.STALE] == due
+
+
+@pytest.mark.parametrize("cells", [36, 40, 72])
+def test_no_meridian_crosses_itself_at_the_longest_step(cells: int) -> None:
+    """Pleats that a wave presses flat are still a graph over the axis: the watch must not wait until they turn over."""
+    case = softbrake.load_case(
+        CONFIGS / "paper-contact.yaml", ["model.fidelity=axisymmetric", f"grid.generatrix={cells}", "time.courant=0.9"]
+    )
+    falling, outcome = Drop(case), Outcome.RUNNING
+    while outcome == Outcome.RUNNING:
+        _, outcome = falling.advance(most=10)
+        assert outcome != Outcome.RUNNING or meridian_crossings(meridian_of(falling)) == []
+    assert outcome == Outcome.IMPACT
+
+
+def test_step_is_cut_for_fast_cloth() -> None:
+    """Two nodes at the largest speed near each other by a quarter of a cell, where folds may meet: not where all move as one."""
+    falling = drop(*CRUSH)
+    falling.state.nodes.w[:] = 800.0
+    falling.state.stable_step[0], falling.state.choice[1] = 1e-5, 16
+    assert fold_step(falling.model, falling.state, falling.sweep.by_column) == inf
     grid_view(falling.state.nodes.u, falling.model)[5, 3] = 800.0
     falling.state.nodes.w[:] = 0.0
-    falling.state.stable_step[0] = 1e-5
     step = fold_step(falling.model, falling.state, falling.sweep.by_column)
     assert step == pytest.approx(0.25 * falling.model.fabric.h1 / (2 * 800.0))
 

@@ -13,7 +13,6 @@ from math import inf, sqrt
 from numba import uint64
 
 from softbrake.kernels.contact import GAP, allowed_place, jolt
-from softbrake.kernels.course import STEPS_PER_STEP_CHOICE
 from softbrake.kernels.jit import kernel
 from softbrake.kernels.meet import APART, PASSES, SMALLEST, closing_along, corners_of, meet, nearest_on_face, seen_from
 from softbrake.kernels.near import find_pairs
@@ -36,7 +35,7 @@ SLACK = 1.25  # on the travel before contact: blows make some nodes faster
 WIDEST, LEAST = 2.0, 0.125  # by which margins are scaled
 FEW, MANY = 0.1, 1.0  # pairs per face
 BESIDE = 1e-9  # part of the cargo's radius
-FORESIGHT = 2.0  # times until the next choice of the step
+UPRIGHT = 0.1  # of an unloaded cell, that each edge climbs or goes round at least where no folds can meet
 FACE = 2**32 - 1  # bits of a pair that name the face
 
 
@@ -443,9 +442,9 @@ def book_failure(nodes, folds, course, sheet, awake):
 
 
 @kernel
-def window_of(step):
-    """Return for how long (s) present speeds are drawn out to foresee folds, steps being so long."""
-    return FORESIGHT * STEPS_PER_STEP_CHOICE * step
+def window_of(model, state):
+    """Return the time (s) from a choice of the step, just made, until the next one, when it is looked again."""
+    return state.choice[1] * model.courant * state.stable_step[0]
 
 
 @kernel
@@ -453,23 +452,23 @@ def watch_shell(nodes, folds, by_column, n1, n2, stride, h1, h2, radius, window)
     """Update whether folds may meet within a window (s), and return the longest step (s) by their speed.
 
     As long as each cell, seen from the axis, lies the right way round, the shell is a graph over the cylinder between its held
-    rows and cannot meet itself: sure where each generatrix edge climbs and each hoop edge goes round, and neither does much of
+    rows and cannot meet itself: sure where each generatrix edge climbs and each hoop edge goes round, and neither does as much of
     the other. Rates are taken to last for the window. In a step two nodes then near each other by a quarter cell at most.
-    Reads nodes. Writes folds.counts, travel; scratch in by_column.rate, lift.
+    Reads nodes. Writes folds.counts; scratch in by_column.rate, lift.
     """
     x, y, z, u, v, w = nodes.x, nodes.y, nodes.z, nodes.u, nodes.v, nodes.w
     least, speed = by_column.rate, by_column.lift
-    climb, slip = 0.2 * h1, 0.05 * h1
-    turn, twist = 0.2 * h2 / radius, 0.05 * h2 / radius
-    for j in range(n2):
+    climb, turn = UPRIGHT * h1, UPRIGHT * h2 / radius
+    columns, above = uint64(n2), uint64(stride)
+    for j in range(columns):
         least[j] = 1.0
         speed[j] = 0.0
-    for i in range(n1):
-        start = i * stride + PAD
-        for j in range(n2):
+    for i in range(uint64(n1)):
+        start = i * above + uint64(PAD)
+        for j in range(columns):
             a = start + j
-            b = a + stride
-            c = a + 1
+            b = a + above
+            c = a + uint64(1)
             square = x[a] * x[a] + y[a] * y[a]
             up = z[b] - z[a] + window * min(w[b] - w[a], 0.0)
             off = abs(z[c] - z[a]) + window * abs(w[c] - w[a])
@@ -477,7 +476,7 @@ def watch_shell(nodes, folds, by_column, n1, n2, stride, h1, h2, radius, window)
             round = x[a] * y[c] - y[a] * x[c] + window * min(round_rate, 0.0)
             along_rate = u[a] * y[b] + x[a] * v[b] - v[a] * x[b] - y[a] * u[b]
             along = abs(x[a] * y[b] - y[a] * x[b]) + window * abs(along_rate)
-            least[j] = min(least[j], up - climb, slip - off, round - turn * square, twist * square - along)
+            least[j] = min(least[j], up - climb, climb - off, round - turn * square, turn * square - along)
             speed[j] = max(speed[j], u[b] * u[b] + v[b] * v[b] + w[b] * w[b])
     worst, fastest = 1.0, 0.0
     for j in range(n2):
@@ -497,13 +496,13 @@ def watch_meridian(nodes, folds, n1, h1, window):
     for i in range(n1):
         least = min(least, z[i + 1] - z[i] + window * min(w[i + 1] - w[i], 0.0))
         fastest = max(fastest, u[i + 1] * u[i + 1] + w[i + 1] * w[i + 1])
-    return note_watch(folds, int(least <= 0.2 * h1), fastest, h1)
+    return note_watch(folds, int(least <= UPRIGHT * h1), fastest, h1)
 
 
 @kernel
 def note_watch(folds, due, square, edge):
-    """Note whether folds may meet; returns the longest step (s) at the largest speed squared (m^2/s^2)."""
+    """Note whether folds may meet; returns the longest step (s) at the largest speed squared (m^2/s^2), if they may."""
     if due == 1 and folds.counts[FoldCount.DUE] == 0:
         folds.counts[FoldCount.STALE] = 1
     folds.counts[FoldCount.DUE] = due
-    return 0.125 * edge / sqrt(square) if square > 0.0 else inf
+    return 0.125 * edge / sqrt(square) if due == 1 and square > 0.0 else inf

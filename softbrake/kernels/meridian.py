@@ -430,7 +430,7 @@ def advance_meridian(model, state, meridian, history, interval, most, until):
         if chosen:
             choose_step(state, stable_step_of_meridian(model, state.nodes, meridian))  # (3.3)
             if model.contact.folds == 1:
-                window = window_of(model.courant * state.stable_step[0])
+                window = window_of(model, state)
                 longest = watch_meridian(state.nodes, state.folds, n1, model.fabric.h1, window)
                 state.stable_step[0] = min(state.stable_step[0], longest / model.courant)
         length, dt = begin_step(model, state)

@@ -9,6 +9,8 @@ garments (1997).
 
 from math import acos, inf, sqrt
 
+from numba import uint64
+
 from softbrake.kernels.jit import kernel
 from softbrake.kernels.meet import corners_of
 from softbrake.state import BLOCK, Box, FoldCount
@@ -35,7 +37,6 @@ def find_pairs(nodes, folds, sheet, near):
         reach = blocks[a, Box.MARGIN] + near
         for q in range(p, order.size):
             b = order[q]
-            folds.counts[FoldCount.TESTS] += 1
             if blocks[b, Box.LOW_X] > blocks[a, Box.HIGH_X] + reach + widest:
                 break
             if not may_meet(blocks, a, b, reach + blocks[b, Box.MARGIN], sheet.columns > 1):
@@ -43,6 +44,7 @@ def find_pairs(nodes, folds, sheet, near):
             count = add_pairs(nodes, folds, sheet, a, b, near, count)
             if a != b:
                 count = add_pairs(nodes, folds, sheet, b, a, near, count)
+        folds.counts[FoldCount.TESTS] += q - p + 1
     return count
 
 
@@ -51,13 +53,13 @@ def update_normals(nodes, folds, sheet):
     """Write the normals of all nodes by central differences; shorter than 1 where the cloth is creased."""
     for i in range(sheet.rows + 1):
         for j in range(sheet.columns):
-            a = i * sheet.stride + sheet.first + j
-            up = a + (sheet.stride if i < sheet.rows else 0)
-            down = a - (sheet.stride if i > 0 else 0)
+            a = uint64(i * sheet.stride + sheet.first + j)
+            up = a + uint64(sheet.stride if i < sheet.rows else 0)
+            down = a - uint64(sheet.stride if i > 0 else 0)
             x1, y1, z1, scale = difference(nodes, down, a, up)
             x2, y2, z2 = 0.0, 1.0, 0.0
             if sheet.columns > 1:
-                x2, y2, z2, scale_2 = difference(nodes, a - 1, a, a + 1)
+                x2, y2, z2, scale_2 = difference(nodes, a - uint64(1), a, a + uint64(1))
                 scale *= scale_2
             scale = 1.0 / scale if scale > 0.0 else 0.0
             folds.normal_x[a] = scale * (y1 * z2 - z1 * y2)

@@ -233,7 +233,7 @@ def book_energies(now, work, by_column, sectors, columns):
 @kernel
 def fold_step(model, state, by_column):
     """Return the longest step (s) for contact of folds, and look whether they may meet until the next choice of the step."""
-    fabric, window = model.fabric, window_of(model.courant * state.stable_step[0])
+    fabric, window = model.fabric, window_of(model, state)
     return watch_shell(
         state.nodes, state.folds, by_column, model.n1, model.n2, model.stride, fabric.h1, fabric.h2, model.radius, window
     )
