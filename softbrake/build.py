@@ -42,7 +42,7 @@ from softbrake.state import (
 ONE_COLUMN = ("axisymmetric", "lumped")  # fidelities whose arrays hold the generatrix only
 LUMPED_STEPS = 2000  # in which the cargo would fall the shell's height at its first velocity
 WEIGHINGS = 4
-PAIRS_PER_NODE = 8  # near one another, of folds
+PAIRS_PER_NODE = 0.25  # near one another, of folds, to begin with
 PLEATS = 64  # the same of a meridian, all of whose segments may lie on one another
 FREE = 1  # first free node of a meridian
 SLIVER = 1e-3  # least part of a belt that a row carries, of what the row with most of it does
@@ -200,16 +200,16 @@ def build_state(case: Case, model: Model) -> State:
     )
 
 
-def build_folds(nodes: int, rows: int, columns: int, pairs: int) -> Folds:
+def build_folds(nodes: int, rows: int, columns: int, pairs: float) -> Folds:
     """Return the arrays of the contact of folds, for so many nodes with so many pairs each, rows and columns of cells.
 
     nodes: size of their arrays.
     """
-    blocks = -(-rows // BLOCK) * -(-columns // BLOCK)
+    blocks, room = -(-rows // BLOCK) * -(-columns // BLOCK), int(pairs * nodes)
     return Folds(
-        pairs=np.zeros(pairs * nodes, np.int64),
-        wake=np.zeros(pairs * nodes),
-        contacts=np.zeros((pairs * nodes, 9)),
+        pairs=np.zeros(room, np.int64),
+        wake=np.zeros(room),
+        contacts=np.zeros((room, 9)),
         path=np.zeros(nodes),
         step=np.zeros(nodes),
         margin=np.full(nodes, -1.0),  # used up
@@ -238,6 +238,8 @@ def with_room(folds: Folds) -> Folds:
 def build_sweep(model: Model, folds: bool = False) -> Sweep:
     """Return the scratch arrays of a step; folds: whether those are asked for."""
     lanes, stride = _lanes(model.n2), model.stride
+    count, size = (model.n1 + 1, stride) if folds or model.lobes.below.size > 0 else (1, 1)
+    before, free = (_rows(count, size, fields) for fields in (Nodes._fields, Rows._fields))
     return Sweep(
         generatrix=Edges(*_rows(2, stride, Edges._fields)),
         hoop=Edges(*_rows(3, stride, Edges._fields)),
@@ -253,13 +255,8 @@ def build_sweep(model: Model, folds: bool = False) -> Sweep:
         top_belt=Top(*_rows(1, lanes, Top._fields)),
         by_column=ByColumn(*_rows(1, lanes, ByColumn._fields)),
         by_row=_by_row(model),
-        parting=_parting(model) if folds or model.lobes.below.size > 0 else None,
+        parting=Parting(Nodes(*before), Rows(*free), np.zeros(2)),
     )
-
-
-def _parting(model: Model) -> Parting:
-    before, free = (_rows(model.n1 + 1, model.stride, fields) for fields in (Nodes._fields, Rows._fields))
-    return Parting(Nodes(*before), Rows(*free), np.zeros(2))
 
 
 def build_meridian(model: Model) -> Meridian:

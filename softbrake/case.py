@@ -15,7 +15,6 @@ from softbrake.keys import (
     BELTS,
     CONTACT,
     CONTACT_SETS,
-    DEFAULT_CONTACT,
     LAW,
     LISTED_BELT,
     PHYSICS,
@@ -443,12 +442,12 @@ class _CaseChecker(Checker):
             self.fault(place, where, fault, "initial: unloaded, or a pressure at t = 0 is wanted")
 
     def contact(self, root: Node, model: Values, climbed: bool) -> tuple[str, ...]:
-        """What stops the fabric; climbed: whether fidelity is chosen, and one default stands for all."""
+        """What stops the fabric; climbed: whether fidelity is chosen, in an ensemble of shells, too dear with their folds."""
         assert isinstance(root.value, dict)
         node = root.value.get("contact")
         fidelity = model.get("fidelity", "axisymmetric")
         known = tuple(part for part in CONTACT if part not in UNKNOWN_CONTACT[fidelity])
-        word = node.value if node is not None else DEFAULT_CONTACT["full" if climbed else fidelity]
+        word = node.value if node is not None else "solid" if climbed else "full"
         if isinstance(word, str) and word in CONTACT_SETS:
             return tuple(part for part in CONTACT_SETS[word] if part in known)
         assert node is not None

@@ -129,11 +129,9 @@ AUTO_COURANT = ((0.03, 0.95), (0.01, 0.75), (0.003, 0.6), (0.0, 0.35))
 CONTACT = ("ground", "belts", "cover", "cargo", "axis", "folds")  # what stops the fabric
 RESIDUAL = {"cut": 0.0, "wrinkle": 0.005, "compression": 1.0}  # default by what slack fabric does
 UNKNOWN_CONTACT = {"full": ("axis",), "sector": ("axis", "folds"), "axisymmetric": (), "lumped": (), "auto": ()}  # by fidelity
-# Folds cost the full shell more than all else. A climb for a tolerance has that of the full shell.
-DEFAULT_CONTACT = {"full": "solid", "sector": "full", "axisymmetric": "full", "lumped": "full"}
 CONTACT_SETS = {
-    "solid": ("ground", "cover", "cargo"),
     "full": ("ground", "cover", "cargo", "axis", "folds"),
+    "solid": ("ground", "cover", "cargo"),
     "paper": ("ground", "belts"),
 }
 TOP = (
@@ -236,7 +234,7 @@ ALTERNATIVES: dict[str, Alternatives] = {
     "fabric": ((("E",), ("E11", "E22")), (("damping_ratio",), ("viscosity",))),
     "belts": ((("layers",), ("stiffness", "line_density")),),
 }
-_CONTACT = "what stops the fabric: solid, full, paper, or parts"
+_CONTACT = "what stops the fabric: full, solid, paper, or parts"
 
 
 def key_at(path: str) -> Key | None:
@@ -342,7 +340,7 @@ def starter() -> str:
         "# The schema for your editor: softbrake schema > case.schema.json. A bare number is in the unit in brackets.",
     ]
     lines += [_starter_line(key, "", key.name in ("title", "gravity")) for key in TOP]
-    lines.append("contact: solid".ljust(34) + f"# {_CONTACT}")
+    lines.append("contact: full".ljust(34) + f"# {_CONTACT}")
     for name, keys in SECTIONS.items():
         live = needed(name)
         lines.append(f"{name}:")

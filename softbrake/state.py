@@ -427,7 +427,7 @@ class ByColumn(NamedTuple):
 
 
 class Parting(NamedTuple):
-    """The shell before its lobes and folds were parted in the step, each (nodes,), and what parting them gave."""
+    """The shell before its lobes and folds were parted in the step, each (nodes,), or of size 1 where neither is asked for."""
 
     before: Nodes  # velocities at n-1/2; of the rows that were parted and their neighbours also the places at n
     free: Rows  # m/s, velocities at n+1/2 without parting
@@ -451,4 +451,4 @@ class Sweep(NamedTuple):
     top_belt: Top
     by_column: ByColumn
     by_row: ByRow
-    parting: Parting | None  # None where neither lobes nor folds are asked for
+    parting: Parting

@@ -371,7 +371,7 @@ def test_everything_stops_the_fabric_by_default(tmp_path: Path) -> None:
     file = tmp_path / "case.yaml"
     text = (CONFIGS / "paper.yaml").read_text(encoding="utf-8").split("\n")
     file.write_text("\n".join(line for line in text if not line.startswith("contact")), encoding="utf-8")
-    assert load_case(file).contact == ("ground", "cover", "cargo")
+    assert load_case(file).contact == ("ground", "cover", "cargo", "folds")
     assert load_case(file, PARTS["axisymmetric"]).contact == ("ground", "cover", "cargo", "axis", "folds")
 
 

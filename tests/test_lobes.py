@@ -159,7 +159,7 @@ def test_lobe_that_strays_beside_the_place_where_it_touches(column: int, around:
     momentum = model.mass @ grid_view(state.nodes.w, model).sum(axis=1)
     assert z[14, there] < z[10, there]
     course = Step(dt=dt, length=dt, gravity=0.0, cover=0.6, next_cover=0.6, gap=GAP, sector=model.sector)
-    part_lobes(model, state.nodes, state.work, drop.sweep.by_column, np.zeros(2), course, False)
+    part_lobes(model, state.nodes, state.work, drop.sweep.by_column, drop.sweep.parting, course, False)
     assert z[13, at] - z[11, at] == pytest.approx(0.0, abs=1e-12)
     assert model.mass @ grid_view(state.nodes.w, model).sum(axis=1) == pytest.approx(momentum, rel=1e-12)
     if twist == 0.0:

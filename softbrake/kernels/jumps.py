@@ -32,8 +32,6 @@ FIRST = uint64(PAD)
 @kernel
 def begin_parting(model, state, parting):
     """Return whether lobes or folds may meet in the step, and if so keep the velocities at n-1/2. Writes parting.before."""
-    if parting is None:  # decided by type: what parts them is not compiled
-        return False
     nodes, before = state.nodes, parting.before
     if not folds_due(state.folds) and not may_fold(nodes, model.lobes, uint64(model.stride), model.n2):
         return False
@@ -51,8 +49,6 @@ def part_cloth(model, nodes, work, by_column, parting, folds, course, touching):
     Reads model, course; touching: whether cover and cargo are in the way. Writes nodes, work.contact; by_column.kinetic,
     on_cargo, impulse; parting.free, impulse; folds.
     """
-    if parting is None:
-        return
     free, impulse = parting.free, parting.impulse
     for a in range(uint64(nodes.u.size)):
         free.x[a] = nodes.u[a]
@@ -60,7 +56,7 @@ def part_cloth(model, nodes, work, by_column, parting, folds, course, touching):
         free.z[a] = nodes.w[a]
     impulse[0] = 0.0
     impulse[1] = 0.0
-    part_lobes(model, nodes, work, by_column, impulse, course, touching)  # (2.5)
+    part_lobes(model, nodes, work, by_column, parting, course, touching)  # (2.5)
     part_shell(model, nodes, work, by_column, impulse, folds, course, touching)
     by_column.on_cargo[0] += impulse[0]
     by_column.impulse[0] += impulse[1]
@@ -127,17 +123,15 @@ def sum_works(work, sums, columns):
 
 
 @kernel
-def add_jump_work(model, state, sweep, parting, dt, length):
+def add_jump_work(model, state, sweep, dt, length):
     """Add what the parting of lobes and folds changed of the works of the step, after all rows are pushed.
 
-    dt: from n-1/2 to n+1/2; length: from n to n+1 (s). Reads state.nodes at n+1, now[PRESSURE] of n, parting. Writes
+    dt: from n-1/2 to n+1/2; length: from n to n+1 (s). Reads state.nodes at n+1, now[PRESSURE] of n, sweep.parting. Writes
     state.work; scratch in sweep, which it goes through as sweep_rows does.
     """
-    if parting is None:
-        return
     n1, n2, stride, fabric, belts = model.n1, model.n2, uint64(model.stride), model.fabric, model.belts
     nodes, work, pressure = state.nodes, state.work, state.now[History.PRESSURE]
-    before, free, sector = parting.before, parting.free, model.sector
+    before, free, sector = sweep.parting.before, sweep.parting.free, model.sector
     first, last = find_jumps(nodes, free, n1, stride, n2)
     if first > last:
         return

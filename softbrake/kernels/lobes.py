@@ -124,7 +124,7 @@ def any_folded(nodes, a, b, stride, columns):
 
 
 @kernel
-def part_lobes(model, nodes, work, by_column, impulse, course, touching):
+def part_lobes(model, nodes, work, by_column, parting, course, touching):
     """Keep the sub-regions G1 below and G2 above each belt out of one another. Condition (2.5).
 
     Where the lobes fold over the belt, their normals m1, m2 are opposed, and the rows M1, M2 next to the belt may meet: they are
@@ -136,43 +136,65 @@ def part_lobes(model, nodes, work, by_column, impulse, course, touching):
                     B      belt
            N2 ── M2 ┘      gas above, m2 upwards
 
-    Reads model, course; touching: whether cover and cargo are in the way. Writes nodes, work.contact; by_column.kinetic; impulse
-    (N s, upwards: on the cargo, of the ground on the fabric).
+    Reads model, course; touching: whether cover and cargo are in the way. Writes nodes, work.contact; by_column.kinetic;
+    parting.impulse; scratch in the places of parting.before.
     """
     stride, columns, mass, lobes = uint64(model.stride), model.n2, model.mass, model.lobes
     sheet = shell_sheet(model, touching)
-    blows = Blows(work.contact, by_column.kinetic, impulse, None)
+    blows, ways = Blows(work.contact, by_column.kinetic, parting.impulse, None), parting.before
+    half = 0.5 * model.fabric.h2 / model.radius  # sine of half the angle between two generatrices
+    cos, sin = 1.0 - 2.0 * half * half, 2.0 * half * sqrt(1.0 - half * half)
     for k in range(lobes.below.size):
         row_1, row_2 = lobes.below[k], lobes.above[k]
         start_1, start_2 = uint64(row_1) * stride + FIRST, uint64(row_2) * stride + FIRST
         if not any_folded(nodes, start_1, start_2, stride, columns):
             continue
+        find_ways(nodes, ways, start_1, start_2, stride, columns)
         moved = 0
         for j in range(columns):
             a, b = start_1 + uint64(j), start_2 + uint64(j)
-            if not folded(nodes, a, b, stride):
+            cx, cy, cz = ways.x[a], ways.y[a], ways.z[a]
+            if cx == 0.0 and cy == 0.0 and cz == 0.0:
                 continue
-            x1, y1, z1 = inward_normal(nodes, a, stride)
-            x2, y2, z2 = inward_normal(nodes, b, stride)
-            square = (x2 - x1) ** 2 + (y2 - y1) ** 2 + (z2 - z1) ** 2
-            if square <= 2.0:  # less than a right angle apart
-                continue
-            scale = 1.0 / sqrt(square)
-            cx, cy, cz = scale * (x2 - x1), scale * (y2 - y1), scale * (z2 - z1)
             touch = part_nodes(nodes, blows, course, sheet, a, b, j, mass[row_1], mass[row_2], cx, cy, cz)
             moved += touch
-            if touch == 0 or row_1 == 1 or row_2 == model.n1 - 1:  # N1 or N2 is held
+            if touch == 0:
+                ways.x[a], ways.y[a], ways.z[a] = 0.0, 0.0, 0.0
+        if moved == 0:
+            continue
+        close_nodes(nodes, model.sector, start_1, columns)
+        close_nodes(nodes, model.sector, start_2, columns)
+        if row_1 == 1 or row_2 == model.n1 - 1:  # N1 or N2 is held
+            continue
+        for j in range(columns):
+            a, b = start_1 + uint64(j), start_2 + uint64(j)
+            cx, cy, cz = ways.x[a], ways.y[a], ways.z[a]
+            if cx == 0.0 and cy == 0.0 and cz == 0.0:
                 continue
             for around in range(-1, 2):
                 if min(deviation(nodes, a, stride, -1.0, around), deviation(nodes, b, stride, 1.0, around)) <= 0.0:
-                    column, nx, ny = column_of(j + around, columns, model.sector, cx, cy)
+                    side = around * sin
+                    turn = 1.0 + around * around * (cos - 1.0)  # the way apart turns with the generatrix
+                    column, nx, ny = column_of(j + around, columns, model.sector, turn * cx - side * cy, turn * cy + side * cx)
                     c, d = start_1 - stride + uint64(column), start_2 + stride + uint64(column)
                     part_nodes(nodes, blows, course, sheet, c, d, column, mass[row_1 - 1], mass[row_2 + 1], nx, ny, cz)
-        if moved > 0:
-            close_nodes(nodes, model.sector, start_1, columns)
-            close_nodes(nodes, model.sector, start_2, columns)
-            close_nodes(nodes, model.sector, start_1 - stride, columns)
-            close_nodes(nodes, model.sector, start_2 + stride, columns)
+        close_nodes(nodes, model.sector, start_1 - stride, columns)
+        close_nodes(nodes, model.sector, start_2 + stride, columns)
+
+
+@kernel
+def find_ways(nodes, ways, start_1, start_2, stride, columns):
+    """Write the unit vectors m2 - m1 over its length to ways at the nodes M1; zero where lobes are not folded onto each other."""
+    for j in range(uint64(columns)):
+        a, b = start_1 + j, start_2 + j
+        x1, y1, z1 = inward_normal(nodes, a, stride)
+        x2, y2, z2 = inward_normal(nodes, b, stride)
+        square = (x2 - x1) ** 2 + (y2 - y1) ** 2 + (z2 - z1) ** 2
+        opposed = folded(nodes, a, b, stride) and square > 2.0  # more than a right angle apart
+        scale = 1.0 / sqrt(square) if opposed else 0.0
+        ways.x[a] = scale * (x2 - x1)
+        ways.y[a] = scale * (y2 - y1)
+        ways.z[a] = scale * (z2 - z1)
 
 
 @kernel

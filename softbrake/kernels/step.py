@@ -253,7 +253,7 @@ def advance(model, state, sweep, history, interval, most, until):
         parting = begin_parting(model, state, sweep.parting)
         height = sweep_rows(model, state, sweep, dt, length, parting)
         if parting:
-            add_jump_work(model, state, sweep, sweep.parting, dt, length)
+            add_jump_work(model, state, sweep, dt, length)
         if state.steps[0] % interval == 0:
             record(history, rows, now)
             rows += 1
