@@ -104,13 +104,16 @@ def folded(nodes, a, b, stride):
 
 @kernel
 def may_fold(nodes, lobes, stride, columns):
-    """Return whether cloth may be folded over a belt after the step: where it leaves one in directions less than 120° apart."""
+    """Return whether cloth may be folded over a belt after the step: where it leaves one in directions less than 96° apart.
+
+    To get there from more it would have to move by a tenth of a cell in a step, at hundreds of m/s beside the belt.
+    """
     some = 0
     for k in range(lobes.below.size):
         a, b = uint64(lobes.below[k]) * stride + FIRST, uint64(lobes.above[k]) * stride + FIRST
         for j in range(uint64(columns)):
             product, square_1, square_2 = between(nodes, a + j, b + j, stride)
-            some |= int(product > 0.0) | int(4.0 * product * product < square_1 * square_2)
+            some |= int(product > 0.0) | int(100.0 * product * product < square_1 * square_2)
     return some > 0
 
 
