@@ -354,7 +354,15 @@ def test_bad_input(arguments: tuple[str, ...], fault: str, softbrake: Command, t
 def test_interrupted_command_writes_what_it_has(tmp_path: Path, environment: dict[str, str]) -> None:
     pytest.importorskip("matplotlib")
     command = [sys.executable, "-m", "softbrake", "chart", str(SCENE), *BRIEF, "--budget", "60"]
-    running = subprocess.Popen(command, cwd=tmp_path, env=environment, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+    running = subprocess.Popen(
+        command,
+        cwd=tmp_path,
+        env=environment,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+        preexec_fn=lambda: signal.signal(signal.SIGINT, signal.SIG_DFL),  # a shell's background jobs ignore it
+    )
     assert running.stderr is not None
     for line in running.stderr:
         if "of" in line and not line.startswith("0 of") and "runs: " in line:
