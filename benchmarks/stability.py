@@ -11,8 +11,7 @@ Ranges of the drops are wide but physical: see `random_case`. They were narrowed
   stretches by half and more, and bursts (the paper's has p R = 0.18 E');
 - tensions without a potential, which gain energy where fabric gets slack and taut again whatever the step (docs/stability.md),
   where viscosity does not take it: with a damping ratio of the shortest wave below 0.03 tensions are nominal and nu = 0, and
-  below 0.3 none is cut at zero (fabric.slack: cut) but these;
-- folds on the full shell: its contact is `paper` or `solid`, that of the axisymmetric one `paper` or `full`.
+  below 0.3 none is cut at zero (fabric.slack: cut) but these.
 """
 
 from __future__ import annotations
@@ -108,7 +107,7 @@ def random_case(seed: int, narrow: bool = True) -> Case:
         "mass": between(10.0, 1000.0),
         "velocity": velocity,
         "pressure": pressure,
-        "contact": random.choice(["paper", "full" if fidelity == "axisymmetric" or not narrow else "solid"]),
+        "contact": random.choice(["paper", "full"]),
         "generatrix": generatrix,
         "hoop": hoop,
         "fidelity": fidelity,
