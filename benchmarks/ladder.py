@@ -30,7 +30,7 @@ from softbrake.state import History, Outcome
 
 REFERENCES = Path(__file__).with_suffix(".json")
 TOLERANCES = (0.05, 0.02, 0.01, 0.005)
-BUDGET = 15.0  # s a climb
+BUDGET = 10.0  # s a climb
 ROUND = 10_000  # cells around the hoop
 FINE = 576  # cells along the generatrix of an axisymmetric reference
 FINE_FULL = 108  # of a full one
