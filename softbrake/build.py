@@ -100,7 +100,6 @@ def build_model(case: Case) -> Model:
     if case.model.scheme == "cell":
         shared = np.add(*_pulls(per_mass, shared * belts.stiffness / (fabric.c22 * h1)))
     law = case.pressure
-    most_pressure = max(law.value, *law.values, 0.0)
     return Model(
         n1=n1,
         n2=n2,
@@ -112,7 +111,7 @@ def build_model(case: Case) -> Model:
         radius=radius,
         cargo_mass=case.cargo.mass / sectors,
         cover_area=0.5 * n2 * radius * radius * sin(2.0 * pi / hoop),
-        most_gas_work=most_pressure * pi * case.shell.diameter**2 * case.shell.height,
+        most_gas_work=law.largest * pi * case.shell.diameter**2 * case.shell.height,
         mass=0.0 * line_mass if case.model.fidelity == "lumped" else line_mass * h2,
         per_mass=per_mass,
         below=below,
@@ -129,7 +128,7 @@ def build_model(case: Case) -> Model:
             times=np.array(law.times, float),
             values=np.array(law.values, float),
             damping=law.damping,
-            most=most_pressure,
+            most=law.largest,
         ),
         contact=Contact(
             ground=0.0 if "ground" in case.contact else -inf,

@@ -1,6 +1,7 @@
 """Fixtures for several test files."""
 
 import os
+import signal
 import subprocess
 import sys
 from collections.abc import Callable
@@ -24,6 +25,19 @@ def environment() -> dict[str, str]:
     """For subprocesses: this checkout's package, output as in a pipe of 80 columns."""
     plain = {name: value for name, value in os.environ.items() if name not in ("COLUMNS", "FORCE_COLOR")}
     return plain | {"PYTHONPATH": str(ROOT)}
+
+
+def start(*arguments: object, environment: dict[str, str], folder: Path) -> subprocess.Popen[str]:
+    """Start the command line in a folder, as in the foreground of a shell: its background jobs ignore Ctrl-C."""
+    return subprocess.Popen(
+        [sys.executable, "-m", "softbrake", *map(str, arguments)],
+        cwd=folder,
+        env=environment,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+        preexec_fn=lambda: signal.signal(signal.SIGINT, signal.default_int_handler),
+    )
 
 
 @pytest.fixture

@@ -5,15 +5,13 @@ import io
 import math
 import shlex
 import signal
-import subprocess
-import sys
 from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
 import synthetic_drop
-from conftest import Command
+from conftest import Command, start
 from rich.console import Console
 from typer.testing import CliRunner
 
@@ -353,16 +351,7 @@ def test_bad_input(arguments: tuple[str, ...], fault: str, softbrake: Command, t
 
 def test_interrupted_command_writes_what_it_has(tmp_path: Path, environment: dict[str, str]) -> None:
     pytest.importorskip("matplotlib")
-    command = [sys.executable, "-m", "softbrake", "chart", str(SCENE), *BRIEF, "--budget", "60"]
-    running = subprocess.Popen(
-        command,
-        cwd=tmp_path,
-        env=environment,
-        stdout=subprocess.PIPE,
-        stderr=subprocess.PIPE,
-        text=True,
-        preexec_fn=lambda: signal.signal(signal.SIGINT, signal.SIG_DFL),  # a shell's background jobs ignore it
-    )
+    running = start("chart", SCENE, *BRIEF, "--budget", "60", environment=environment, folder=tmp_path)
     assert running.stderr is not None
     for line in running.stderr:
         if "of" in line and not line.startswith("0 of") and "runs: " in line:

@@ -12,7 +12,7 @@ from pathlib import Path
 
 import pytest
 import synthetic_drop
-from conftest import Command
+from conftest import Command, start
 from rich.console import Console
 from typer.testing import CliRunner
 
@@ -347,15 +347,7 @@ def test_interrupt_leaves_a_readable_file_and_exit_130(
     softbrake: Command, paper: Path, tmp_path: Path, environment: dict[str, str]
 ) -> None:
     fine = ("--set", "grid.generatrix=180", "--set", "grid.hoop=450")
-    with subprocess.Popen(
-        [sys.executable, "-m", "softbrake", "run", str(paper), *fine, "-o", "cut.vtkhdf"],
-        cwd=tmp_path,
-        env=environment,
-        stdout=subprocess.PIPE,
-        stderr=subprocess.PIPE,
-        text=True,
-        preexec_fn=lambda: signal.signal(signal.SIGINT, signal.default_int_handler),  # a shell's background job ignores it
-    ) as process:
+    with start("run", paper, *fine, "-o", "cut.vtkhdf", environment=environment, folder=tmp_path) as process:
         assert process.stderr is not None
         for line in process.stderr:
             if line.startswith("t "):
@@ -395,13 +387,7 @@ def test_first_run_says_what_it_waits_for(paper: Path, tmp_path: Path, environme
 
 def test_interrupted_warmup_ends_without_a_traceback(tmp_path: Path, environment: dict[str, str]) -> None:
     cold = environment | {"NUMBA_CACHE_DIR": str(tmp_path)}
-    process = subprocess.Popen(
-        [sys.executable, "-m", "softbrake", "warmup"],
-        env=cold,
-        stderr=subprocess.PIPE,
-        text=True,
-        preexec_fn=lambda: signal.signal(signal.SIGINT, signal.default_int_handler),
-    )
+    process = start("warmup", environment=cold, folder=tmp_path)
     assert process.stderr is not None
     for line in process.stderr:
         if line.strip() == "full":

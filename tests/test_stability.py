@@ -3,15 +3,13 @@
 import json
 import re
 import signal
-import subprocess
-import sys
 import time
 from pathlib import Path
 
 import naive
 import numpy as np
 import pytest
-from conftest import Command
+from conftest import Command, start
 from typer.testing import CliRunner
 
 import softbrake
@@ -260,23 +258,8 @@ def test_a_tolerance_is_said_to_be_set_aside(softbrake: Command, paper: Path) ->
 
 def test_interrupt_keeps_the_points_found(paper: Path, tmp_path: Path, environment: dict[str, str]) -> None:
     """Whenever it comes: here in the middle of the second of eight points, or a later one."""
-    with subprocess.Popen(
-        [
-            sys.executable,
-            "-m",
-            "softbrake",
-            "stability",
-            str(paper),
-            "--over",
-            "fabric.viscosity=0.1,0.2,0.3,0.4,0.5,0.6,0.7,0.8",
-        ],
-        cwd=tmp_path,
-        env=environment,
-        stdout=subprocess.PIPE,
-        stderr=subprocess.PIPE,
-        text=True,
-        preexec_fn=lambda: signal.signal(signal.SIGINT, signal.default_int_handler),  # a shell's background job ignores it
-    ) as process:
+    over = "fabric.viscosity=0.1,0.2,0.3,0.4,0.5,0.6,0.7,0.8"
+    with start("stability", paper, "--over", over, environment=environment, folder=tmp_path) as process:
         assert process.stdout is not None
         for line in process.stdout:
             if line.startswith("0.1 "):

@@ -7,7 +7,6 @@ import os
 import random
 import signal
 import subprocess
-import sys
 import time
 from collections.abc import Sequence
 from dataclasses import replace
@@ -16,7 +15,7 @@ from pathlib import Path
 import h5py
 import numpy as np
 import pytest
-from conftest import ROOT, Command
+from conftest import ROOT, Command, start
 
 from softbrake import batch, sweep, sweep_results
 from softbrake.case import CaseError, load_case
@@ -277,16 +276,10 @@ def uninterrupted(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return folder
 
 
-def start(folder: Path, environment: dict[str, str]) -> subprocess.Popen[str]:
+def start_sweep(folder: Path, environment: dict[str, str]) -> subprocess.Popen[str]:
     """Start that sweep as a process."""
-    return subprocess.Popen(
-        [sys.executable, "-m", "softbrake", "sweep", str(MODULI), "--vary", *MANY, "-o", str(folder), "-q", "--json"],
-        env=environment,
-        stdout=subprocess.PIPE,
-        stderr=subprocess.PIPE,
-        text=True,
-        preexec_fn=lambda: signal.signal(signal.SIGINT, signal.default_int_handler),  # a shell's background job ignores it
-    )
+    arguments = ("sweep", MODULI, "--vary", *MANY, "-o", folder, "-q", "--json")
+    return start(*arguments, environment=environment, folder=folder.parent)
 
 
 def lines(folder: Path) -> int:
@@ -299,7 +292,7 @@ def test_a_sweep_broken_off_goes_on_to_the_same_results(
     tmp_path: Path, environment: dict[str, str], uninterrupted: Path, blow: int
 ) -> None:
     broken = tmp_path / "broken"
-    with start(broken, environment) as process:
+    with start_sweep(broken, environment) as process:
         deadline = time.monotonic() + 60
         while lines(broken) < 5:
             assert time.monotonic() < deadline and process.poll() is None
@@ -309,7 +302,7 @@ def test_a_sweep_broken_off_goes_on_to_the_same_results(
     assert process.returncode == (130 if blow == signal.SIGINT else -blow)
     assert "Traceback" not in told
     assert 5 <= lines(broken) < 150
-    with start(broken, environment) as again:
+    with start_sweep(broken, environment) as again:
         resumed = [json.loads(line) for line in again.communicate(timeout=120)[0].splitlines()]
     assert again.returncode == 0
     assert texts(broken) == texts(uninterrupted)

@@ -116,10 +116,9 @@ def add_node_work(area, pressure, mean, work, dt, weight, row, columns):
 
 
 @kernel
-def sum_works(work, sums, columns):
-    """Write the sum (J) of the works that jumps change, by column, to sums."""
-    for j in range(lanes(columns)):
-        sums[j] = work.pressure[j] + work.gravity[j] + work.elastic[j] + work.viscous[j] + work.belts[j]
+def works_of(work, j):
+    """Return the sum (J) of the works on a column that jumps change."""
+    return work.pressure[j] + work.gravity[j] + work.elastic[j] + work.viscous[j] + work.belts[j]
 
 
 @kernel
@@ -137,7 +136,8 @@ def add_jump_work(model, state, sweep, dt, length):
         return
     g, h, belt, cells, mean, on_nodes = sweep.generatrix, sweep.hoop, sweep.belt, sweep.cells, sweep.mean, sweep.pressure
     edge_scheme, shear, sums = model.scheme == Scheme.EDGE, fabric.g12 > 0.0, sweep.force.x
-    sum_works(work, sums, n2)
+    for j in range(lanes(n2)):
+        sums[j] = works_of(work, j)
     for i in range(first - 1, last + 2):
         return_row(nodes, before, uint64(i) * stride, stride, length)
     start = uint64((first - 1) % 3) * stride + FIRST
@@ -178,5 +178,4 @@ def add_jump_work(model, state, sweep, dt, length):
         if i >= first and shear:
             add_shear_work(g, h, cells, mean, work.elastic, below, hoop_below, hoop, below, below, row, dt, n2)
     for j in range(lanes(n2)):
-        given = work.pressure[j] + work.gravity[j] + work.elastic[j] + work.viscous[j] + work.belts[j]
-        work.contact[j] -= given - sums[j]
+        work.contact[j] -= works_of(work, j) - sums[j]

@@ -12,13 +12,13 @@ from math import sqrt
 
 from numba import uint64
 
+from softbrake.kernels.geometry import SMALLEST_SQUARE
 from softbrake.kernels.jit import kernel
 from softbrake.state import PAD, Scheme
 
 ONE = uint64(1)
 FIRST = uint64(PAD)
 SOON = 0.98  # stretch from which an edge may be taut before the next choice
-SMALLEST_SQUARE = 1e-60  # m^2
 
 
 @kernel
