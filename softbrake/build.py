@@ -10,6 +10,7 @@ from softbrake.case import Case
 from softbrake.state import (
     BLOCK,
     PAD,
+    Belt,
     Belts,
     Box,
     ByColumn,
@@ -242,7 +243,9 @@ def build_sweep(model: Model, folds: bool = False) -> Sweep:
     return Sweep(
         generatrix=Edges(*_rows(2, stride, Edges._fields)),
         hoop=Edges(*_rows(3, stride, Edges._fields)),
-        belt=Edges(*_rows(1, stride, Edges._fields)),
+        belt=Belt(*_rows(1, stride, Belt._fields)),
+        tension_1=_rows(1, stride, ("tension_1",))[0],
+        tension_2=_rows(1, stride, ("tension_2",))[0],
         cells=Cells(*_rows(2, stride, Cells._fields)),
         force=Rows(*_rows(1, stride, Rows._fields)),
         force_above=Rows(*_rows(1, stride, Rows._fields)),

@@ -344,11 +344,15 @@ class Edges(NamedTuple):
     x: Floats  # m, edge vector
     y: Floats
     z: Floats
-    inverse: Floats  # 1/m, of the length
     e: Floats  # elongation, stretch - 1
-    rate: Floats  # 1/s, of the elongation, at n-1/2
-    tension: Floats  # N/m, elastic and viscous
-    force: Floats  # N/m, edge force over edge length
+    force: Floats  # N/m, edge force over edge length; until the tension is known 1/m, the inverse of the length
+    elastic: Floats  # N/m, its elastic part; until then 1/s, the rate of e at n-1/2
+
+
+class Belt(NamedTuple):
+    """The belt on a row of hoop edges; each (stride,)."""
+
+    force: Floats  # N/m, belt force over edge length
     elastic: Floats  # N/m, its elastic part
 
 
@@ -439,7 +443,9 @@ class Sweep(NamedTuple):
 
     generatrix: Edges  # 2 rows
     hoop: Edges  # 3 rows
-    belt: Edges  # 1 row
+    belt: Belt
+    tension_1: Floats  # N/m, T11 of the row under way, (stride,)
+    tension_2: Floats  # N/m, T22 or N22
     cells: Cells
     force: Rows  # N, of tensions on the nodes of the row under way
     force_above: Rows  # N, on the nodes of the next row, from the cells below it

@@ -3,7 +3,7 @@
 from numba import uint64
 
 from softbrake.kernels.jit import kernel
-from softbrake.kernels.rows import lanes
+from softbrake.kernels.rows import close_row, lanes, turn_row
 from softbrake.state import PAD, History
 
 ONE = uint64(1)
@@ -94,30 +94,13 @@ def close_nodes(nodes, sector, node, columns):
 
 
 @kernel
-def turn_row(x, y, sector, first, columns):
-    """Copy the last column of vectors, turned by a sector backwards, in front of a row and the first one, forwards, behind it."""
-    before, last, behind = first - ONE, first + uint64(columns) - ONE, first + uint64(columns)
-    x[before] = sector.cos * x[last] + sector.sin * y[last]
-    y[before] = sector.cos * y[last] - sector.sin * x[last]
-    x[behind] = sector.cos * x[first] - sector.sin * y[first]
-    y[behind] = sector.cos * y[first] + sector.sin * x[first]
-
-
-@kernel
-def close_row(values, first, columns):
-    """Copy the last column in front of a row and the first one behind it."""
-    values[first - ONE] = values[first + uint64(columns) - ONE]
-    values[first + uint64(columns)] = values[first]
-
-
-@kernel
 def close_edges(edges, sector, edge, columns):
     """Close a row of edges: their vectors, and what tensions read of them."""
     turn_row(edges.x, edges.y, sector, edge, columns)
     close_row(edges.z, edge, columns)
-    close_row(edges.inverse, edge, columns)
+    close_row(edges.force, edge, columns)
     close_row(edges.e, edge, columns)
-    close_row(edges.rate, edge, columns)
+    close_row(edges.elastic, edge, columns)
 
 
 @kernel

@@ -5,8 +5,8 @@ from numba import uint64
 from softbrake.kernels.contact import any_above, foresee, press_row, rub_row
 from softbrake.kernels.course import begin_step, choose_step, end_step, raise_peak, record
 from softbrake.kernels.fabric import (
+    add_belt_forces,
     add_cell_forces,
-    add_hoop_forces,
     add_shear_forces,
     update_belt_tension,
     update_cell_tension,
@@ -46,6 +46,7 @@ def sweep_rows(model, state, sweep, dt, length, parting):
     nodes, work, now, peaks, folds = state.nodes, state.work, state.now, state.peaks, state.folds
     g, h, belt, cells, mean, on_nodes = sweep.generatrix, sweep.hoop, sweep.belt, sweep.cells, sweep.mean, sweep.pressure
     force, force_above, area = sweep.force, sweep.force_above, sweep.area
+    tension_1, tension_2 = sweep.tension_1, sweep.tension_2
     top_1, top_2, top_belt, by_column = sweep.top_generatrix, sweep.top_hoop, sweep.top_belt, sweep.by_column
     heights, rising = nodes.z, nodes.w
     elastic, viscous, elastic_belts = work.elastic, work.viscous, work.belts
@@ -75,6 +76,7 @@ def sweep_rows(model, state, sweep, dt, length, parting):
         hoop_above = uint64((i + 1) % 3) * stride + FIRST
         hoop_below = uint64((i + 2) % 3) * stride + FIRST
         inside = 0 < i < n1
+        belted = inside and belt_width[i] > 0.0
 
         if i < n1:
             update_edges(nodes, h, node + stride, ONE, hoop_above, n2, fabric.h2)  # (2.6)
@@ -86,13 +88,16 @@ def sweep_rows(model, state, sweep, dt, length, parting):
             clear_edges(g, row, n2)
         update_area_vectors(g, h, area, row, below, hoop, hoop_above, hoop_below, n2)  # (2.7)
 
+        if belted:
+            update_belt_tension(belts, i, h, g, belt, tension_2, hoop, below, row, n2)  # (2.3)
+            update_top(tension_2, top_belt, float(i), n2)
         if edge_scheme:
             if i < n1:
-                update_generatrix_tension(fabric, g, h, row, hoop, hoop_above, n2)  # (2.9)
-                update_top(g, row, top_1, i + 0.5, n2)
+                update_generatrix_tension(fabric, g, h, tension_1, row, hoop, hoop_above, n2)  # (2.9)
+                update_top(tension_1, top_1, i + 0.5, n2)
             if inside:
-                update_hoop_tension(fabric, h, g, hoop, below, row, n2)
-                update_top(h, hoop, top_2, float(i), n2)
+                update_hoop_tension(fabric, h, g, tension_2, hoop, below, row, n2)
+                update_top(tension_2, top_2, float(i), n2)
             else:
                 clear_forces(h, hoop, n2)
             update_edge_forces(g, h, force, row, below, hoop, n2)  # (2.8)
@@ -101,17 +106,15 @@ def sweep_rows(model, state, sweep, dt, length, parting):
         if corners:
             take_row(force, force_above)
         if i < n1 and not edge_scheme:
-            update_cell_tension(fabric, g, h, cells, row, hoop, hoop_above, row, n2)  # (2.9)
-            update_top(g, row, top_1, i + 0.5, n2)
-            update_top(h, hoop, top_2, i + 0.5, n2)
+            update_cell_tension(fabric, g, h, cells, tension_1, tension_2, row, hoop, hoop_above, row, n2)  # (2.9)
+            update_top(tension_1, top_1, i + 0.5, n2)
+            update_top(tension_2, top_2, i + 0.5, n2)
             add_cell_forces(g, h, cells, force, force_above, row, hoop, hoop_above, row, n2)  # (3.2)
         if i < n1 and shear:
             update_shear(fabric, g, h, cells, row, hoop, hoop_above, row, n2)
             add_shear_forces(g, h, cells, force, force_above, row, hoop, hoop_above, row, n2)  # (2.2)
-        if inside and belt_width[i] > 0.0:
-            update_belt_tension(belts, i, h, g, belt, hoop, below, row, n2)  # (2.3)
-            update_top(belt, FIRST, top_belt, float(i), n2)
-            add_hoop_forces(belt, force, FIRST, n2)
+        if belted:
+            add_belt_forces(belt, h, force, hoop, n2)
         if damped:
             update_damped_pressure(model.pressure, pressure, nodes, area, on_nodes, node, lanes(n2))  # (2.11)
 
@@ -141,8 +144,8 @@ def sweep_rows(model, state, sweep, dt, length, parting):
 
         if i > 0 and edge_scheme:
             add_edge_work(g, h, mean, elastic, viscous, below, row, hoop, dt, n2)
-        if inside and belt_width[i] > 0.0:
-            add_belt_work(belt, mean, elastic_belts, viscous, row, FIRST, dt, n2)
+        if belted:
+            add_belt_work(belt, h, mean, elastic_belts, viscous, row, hoop, dt, n2)
         if i > 0 and not edge_scheme:
             add_cell_work(g, h, cells, mean, elastic, viscous, below, hoop_below, hoop, below, below, row, dt, n2)
         if i > 0 and shear:
