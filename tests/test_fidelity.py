@@ -225,6 +225,14 @@ def test_ledger_closes_to_round_off(config: str, part: str, contact: str) -> Non
     assert np.abs(works).max() > 100.0
 
 
+def test_what_fills_the_last_vector_of_a_meridian_is_not_felt() -> None:
+    falling, filled = (drop("paper", *COARSE, *PARTS["axisymmetric"], "contact=full") for _ in range(2))
+    for part in filled.state.nodes:
+        part[filled.model.n1 + 1 :] = 7.0
+    assert np.array_equal(advance_to(falling, 0.1), advance_to(filled, 0.1))
+    assert falling.now(History.WORK_CONTACT) < 0.0
+
+
 @pytest.mark.parametrize("contact", ["contact=ground", "contact=[ground, cover, cargo, axis]"])
 def test_momentum_changes_by_gravity_and_ground_only(contact: str) -> None:
     """Of the axisymmetric shell, over a whole drop."""

@@ -200,7 +200,7 @@ def push_meridian(nodes, meridian, work, contact, step, n1):
         pull_x, pull_z, _, _ = tensions_at(meridian, i)
         gas_x, gas_z = gas_at(meridian, i)
         mass, per_mass = meridian.mass[i], dt * meridian.per_mass[i]
-        free = mass > 0.0
+        free = mass > 0.0  # the row on the cover moves, but not by this push
         new_u = u[i] + per_mass * (pull_x + gas_x)
         falling = w[i] + per_mass * (pull_z + gas_z - step.gravity * mass)
         new_w = max(falling, (ground - z[i]) * per_length)
@@ -300,8 +300,8 @@ def add_contact_work(nodes, meridian, work, step, n1):
         jump_u, jump_w = nodes.u[i] - meridian.free_u[i], nodes.w[i] - meridian.free_w[i]
         half_u, half_w = 0.5 * jump_u, 0.5 * jump_w
         add_works(meridian, work, step, i, half_u, half_w)
-        along = jump_u * (meridian.mean_u[i] + half_u) + jump_w * (meridian.mean_w[i] + half_w)
-        work.contact[i] += meridian.mass[i] * along
+        gained = jump_u * (meridian.mean_u[i] + half_u) + jump_w * (meridian.mean_w[i] + half_w)
+        work.contact[i] += meridian.mass[i] * gained
 
 
 @kernel
