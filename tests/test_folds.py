@@ -8,7 +8,7 @@ import pytest
 from naive_folds import crossings, distance_to_triangle, meridian_crossings, near_pairs, passing_time, triangles
 
 import softbrake
-from softbrake.build import build_folds, grid_view, with_room
+from softbrake.build import build_folds, grid_view, meridian_view, with_room
 from softbrake.drop import Drop
 from softbrake.kernels.folds import CUSHION, part_moved
 from softbrake.kernels.meet import NEVER, crossing_of_triangle, nearest_on_face
@@ -450,7 +450,8 @@ def test_peak_and_impulse_do_not_grow_as_steps_shrink() -> None:
 
 
 def meridian_of(falling: Drop) -> Floats:
-    return np.stack((falling.state.nodes.x, falling.state.nodes.z), axis=-1)
+    nodes = meridian_view(falling.state.nodes, falling.model)
+    return np.stack((nodes.x, nodes.z), axis=-1)
 
 
 @pytest.mark.parametrize("overrides", [("belts.count=0",), (), ("fabric.viscosity=0.02", "cargo.diameter=0.3 m")])
@@ -492,7 +493,7 @@ def meridian_thrown(u: float, w: float, folds: bool) -> tuple[int, float, Drop]:
     )
     case = softbrake.load_case(CONFIGS / "paper-contact.yaml", ["model.fidelity=axisymmetric", f"contact={parts}", *still])
     falling, crossed, least = Drop(case), 0, inf
-    nodes = falling.state.nodes
+    nodes = meridian_view(falling.state.nodes, falling.model)
     nodes.x[24:-1] *= 0.9
     before = nodes.u[1:-1] ** 2 + nodes.w[1:-1] ** 2
     nodes.u[1:-1], nodes.w[1:-1] = np.array([[u], [w]]) + 10.0 * np.random.default_rng(1).standard_normal((2, 47))
