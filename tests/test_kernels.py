@@ -24,7 +24,6 @@ from softbrake.kernels.course import FELT, event_time
 from softbrake.kernels.fields import sample_fields
 from softbrake.kernels.geometry import clear_forces
 from softbrake.kernels.jit import NoAlias, kernel
-from softbrake.kernels.rows import close_row
 from softbrake.kernels.step import advance
 from softbrake.kernels.timestep import stable_step
 from softbrake.state import PAD, Belt, Cells, Edges, Floats, History, Model, Nodes, Outcome, Peak, Pressure, PressureLaw, Rows
@@ -193,7 +192,6 @@ def test_edge_tensions_and_forces(shell: Shell) -> None:
         if i > 0:
             fabric.update_hoop_tension(cloth, h, g, tension, here, at(model, i - 1), here, model.n2)
             close(tension[PAD : PAD + model.n2], hoop.whole[i - 1])
-            close_row(h.elastic, here, model.n2)
     for held in (0, model.n1):
         clear_forces(h, at(model, held), model.n2)
     clear_forces(g, at(model, model.n1), model.n2)
@@ -258,7 +256,6 @@ def test_belt_tensions_and_forces(shell: Shell) -> None:
             here, below = at(model, i), at(model, i - 1)
             fabric.update_belt_tension(model.belts, i, h, g, belt, tension, here, below, here, model.n2)
             close(tension[PAD : PAD + model.n2], loads.whole[i - 1] / model.belts.width[i])
-            close_row(belt.elastic, at(model, 0), model.n2)
             fabric.add_belt_forces(belt._replace(force=getattr(belt, which)), h, row, here, model.n2)
 
         return gather(model, range(model.n1), add)

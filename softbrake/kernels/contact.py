@@ -5,8 +5,7 @@ from math import sqrt
 from numba import uint64
 
 from softbrake.kernels.jit import kernel
-from softbrake.kernels.motion import close_nodes
-from softbrake.kernels.rows import close_row, turn_row
+from softbrake.kernels.motion import close_nodes, close_row, turn_row
 from softbrake.state import PAD, History, Step
 
 FIRST = uint64(PAD)

@@ -10,7 +10,7 @@ Force per unloaded width is T (1 + e) with the elongation e across for true tens
 from numba import uint64
 
 from softbrake.kernels.jit import kernel
-from softbrake.kernels.rows import close_row, lanes
+from softbrake.kernels.rows import lanes
 from softbrake.state import PAD
 
 ONE = uint64(1)
@@ -19,15 +19,15 @@ SMALLEST_STRETCH = 1e-12
 
 
 @kernel
-def update_tension(fabric, edges, others, tension, edge, lower, upper, columns, stiffness, coupling, relax, width):
+def update_tension(fabric, edges, others, tension, place, edge, lower, upper, count, stiffness, coupling, relax, width):
     """Update the tension along a row of edges. Eq. (2.9), the elongation across the mean of the four other edges around.
 
     stiffness, coupling (N/m): of tension to the elongation along and across; relax: of wrinkles; width: unloaded, of an edge (m).
     Reads edges.e, force, elastic (1/m, 1/s) at offset edge; others.e before and at offsets lower, upper.
-    Writes tension (N/m, from PAD on), edges.force and elastic (N/m: edge force over edge length).
+    Writes tension (N/m, from place on), edges.force and elastic (N/m: edge force over edge length).
     """
     widens = width * fabric.true_tension
-    for j in range(lanes(columns)):
+    for j in range(lanes(count)):
         c = edge + j
         a = lower + j
         b = upper + j
@@ -37,7 +37,7 @@ def update_tension(fabric, edges, others, tension, edge, lower, upper, columns, 
         elastic = max(hooke, fabric.residual * hooke)
         whole = max(hooke + fabric.viscosity * edges.elastic[c], min(elastic, 0.0) + fabric.floor)
         per_length = (width + widens * across) * edges.force[c]
-        tension[FIRST + j] = whole
+        tension[place + j] = whole
         edges.force[c] = whole * per_length
         edges.elastic[c] = elastic * per_length
 
@@ -51,39 +51,38 @@ def update_generatrix_tension(fabric, generatrix, hoop, tension, edge, lower, up
     lower  ──e22──┴──e22──
     """
     c11, c12, relax = fabric.c11, fabric.c12, fabric.relax_1
-    update_tension(fabric, generatrix, hoop, tension, edge, lower, upper, columns, c11, c12, relax, fabric.h2)
+    update_tension(fabric, generatrix, hoop, tension, FIRST, edge, lower, upper, columns, c11, c12, relax, fabric.h2)
 
 
 @kernel
 def update_hoop_tension(fabric, hoop, generatrix, tension, edge, below, above, columns):
-    """Update T22 of a row of hoop edges, Eq. (2.9), generatrix edges of rows i-1/2, i+1/2; see update_tension. Closes force."""
-    c22, c21, relax = fabric.c22, fabric.c21, fabric.relax_2
-    update_tension(fabric, hoop, generatrix, tension, edge, below + ONE, above + ONE, columns, c22, c21, relax, fabric.h1)
-    close_row(hoop.force, edge, columns)
+    """Update T22 of the hoop edges from column -1 on, Eq. (2.9), generatrix edges of rows i-1/2, i+1/2; see update_tension."""
+    c22, c21, relax, place = fabric.c22, fabric.c21, fabric.relax_2, FIRST - ONE
+    update_tension(fabric, hoop, generatrix, tension, place, edge - ONE, below, above, columns + 1, c22, c21, relax, fabric.h1)
 
 
 @kernel
 def update_belt_tension(belts, row, hoop, generatrix, belt, tension, edge, below, above, columns):
-    """Update N22 of the belt on a row of hoop edges. Eq. (2.3): slack in compression, as printed there.
+    """Update N22 of the belt on a row of hoop edges, from column -1 on. Eq. (2.3): slack in compression, as printed there.
 
     Reads hoop.e, force, elastic (1/m, 1/s: before update_hoop_tension) at offset edge; generatrix.e at offsets below, above.
-    Writes tension (N/m, over the belt's width, from PAD on), belt.force and elastic (N/m: edge force over edge length).
+    Writes tension (N/m, over the belt's width), belt.force and elastic (N/m: edge force over edge length).
     """
     stiffness = belts.stiffness[row]
     coupling = belts.coupling[row]
     viscosity = belts.viscosity[row]
     per_width = 1.0 / belts.width[row]
-    for j in range(lanes(columns)):
-        c = edge + j
+    for j in range(lanes(columns + 1)):
+        c = edge + j - ONE
         a = below + j
         b = above + j
-        across = 0.25 * (generatrix.e[a] + generatrix.e[a + ONE] + generatrix.e[b] + generatrix.e[b + ONE])
+        d = FIRST + j - ONE
+        across = 0.25 * (generatrix.e[a - ONE] + generatrix.e[a] + generatrix.e[b - ONE] + generatrix.e[b])
         hooke = stiffness * hoop.e[c] + coupling * across
         force = max(hooke + viscosity * hoop.elastic[c], 0.0)
-        tension[FIRST + j] = force * per_width
-        belt.force[FIRST + j] = force * hoop.force[c]
-        belt.elastic[FIRST + j] = max(hooke, 0.0) * hoop.force[c]
-    close_row(belt.force, FIRST, columns)
+        tension[d] = force * per_width
+        belt.force[d] = force * hoop.force[c]
+        belt.elastic[d] = max(hooke, 0.0) * hoop.force[c]
 
 
 @kernel

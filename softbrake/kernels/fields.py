@@ -44,9 +44,8 @@ def sample_fields(model, nodes, sweep, stretch_1, stretch_2, tension_1, tension_
             c = uint64(j)
             stretch_2[i, j] = 1.0 + 0.5 * (h.e[hoop + c - ONE] + h.e[hoop + c])
             stretch_1[i, j] = 1.0 + 0.5 * (g.e[down + c] + g.e[up + c])
-            left, right = FIRST + uint64(j - 1 if j > 0 else n2 - 1), FIRST + c
-            t1 = along[right] if edge_scheme else 0.5 * (along[left] + along[right])
-            t2 = 0.5 * (around[left] + around[right])
+            t1 = along[FIRST + c] if edge_scheme else 0.5 * (along[FIRST + c - ONE] + along[FIRST + c])
+            t2 = 0.5 * (around[FIRST + c - ONE] + around[FIRST + c])
             if edge_scheme:
                 tension_2[i, j] = t2 if 0 < i < n1 else 0.0
             else:

@@ -20,9 +20,9 @@ from softbrake.kernels.geometry import update_area_vectors, update_edges
 from softbrake.kernels.jit import kernel
 from softbrake.kernels.ledger import add_belt_work, add_cell_work, add_edge_work, add_shear_work
 from softbrake.kernels.lobes import may_fold, part_lobes
-from softbrake.kernels.motion import close_edges, hold_row
+from softbrake.kernels.motion import close_edges, close_row, hold_row, turn_row
 from softbrake.kernels.pressure import update_damped_pressure
-from softbrake.kernels.rows import close_row, lanes, turn_row
+from softbrake.kernels.rows import lanes
 from softbrake.state import PAD, History, Scheme
 
 ONE = uint64(1)

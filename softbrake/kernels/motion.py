@@ -3,7 +3,7 @@
 from numba import uint64
 
 from softbrake.kernels.jit import kernel
-from softbrake.kernels.rows import close_row, lanes, turn_row
+from softbrake.kernels.rows import lanes
 from softbrake.state import PAD, History
 
 ONE = uint64(1)
@@ -91,6 +91,23 @@ def close_nodes(nodes, sector, node, columns):
     close_row(nodes.z, node, columns)
     turn_row(nodes.u, nodes.v, sector, node, columns)
     close_row(nodes.w, node, columns)
+
+
+@kernel
+def turn_row(x, y, sector, first, columns):
+    """Copy the last column of vectors, turned by a sector backwards, in front of a row and the first one, forwards, behind it."""
+    before, last, behind = first - ONE, first + uint64(columns) - ONE, first + uint64(columns)
+    x[before] = sector.cos * x[last] + sector.sin * y[last]
+    y[before] = sector.cos * y[last] - sector.sin * x[last]
+    x[behind] = sector.cos * x[first] - sector.sin * y[first]
+    y[behind] = sector.cos * y[first] + sector.sin * x[first]
+
+
+@kernel
+def close_row(values, first, columns):
+    """Copy the last column in front of a row and the first one behind it."""
+    values[first - ONE] = values[first + uint64(columns) - ONE]
+    values[first + uint64(columns)] = values[first]
 
 
 @kernel
