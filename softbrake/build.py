@@ -12,6 +12,7 @@ from softbrake.state import (
     PAD,
     Belt,
     Belts,
+    Books,
     Box,
     ByColumn,
     ByRow,
@@ -22,6 +23,7 @@ from softbrake.state import (
     Floats,
     FoldCount,
     Folds,
+    Halves,
     History,
     Lobes,
     Meridian,
@@ -37,6 +39,7 @@ from softbrake.state import (
     State,
     Sweep,
     Top,
+    Turn,
     Work,
 )
 
@@ -46,6 +49,7 @@ WEIGHINGS = 4
 PAIRS_PER_NODE = 0.25  # near one another, of folds, to begin with
 PLEATS = 64  # the same of a meridian, all of whose segments may lie on one another
 FREE = 1  # first free node of a meridian
+CELLS_OF_TWO = 25_000  # least of a grid whose steps two threads share; smaller ones would not win the compilation back soon
 SLIVER = 1e-3  # least part of a belt that a row carries, of what the row with most of it does
 
 
@@ -257,6 +261,26 @@ def build_sweep(model: Model, folds: bool = False) -> Sweep:
         by_column=ByColumn(*_rows(1, lanes, ByColumn._fields)),
         by_row=_by_row(model),
         parting=Parting(Nodes(*before), Rows(*free), np.zeros(2)),
+        halves=build_halves(model) if in_halves(model.n1, model.n2) else None,
+    )
+
+
+def in_halves(n1: int, n2: int) -> bool:
+    """Return whether steps of a grid are taken in two halves: by its cells alone, lest answers hang on the machine."""
+    return n1 * n2 >= CELLS_OF_TWO
+
+
+def build_halves(model: Model) -> Halves:
+    """Return what the two halves of a shell's rows share."""
+    lanes = _lanes(model.n2)
+    return Halves(
+        turn=np.full(1, Turn.ALONE),
+        seam=Nodes(*_rows(2, model.stride, Nodes._fields)),
+        books=Books(
+            Work(*_rows(1, lanes, Work._fields)),
+            ByColumn(*_rows(1, lanes, ByColumn._fields)),
+            *(Top(*_rows(1, lanes, Top._fields)) for _ in range(3)),
+        ),
     )
 
 

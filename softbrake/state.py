@@ -136,6 +136,15 @@ class Scheme(IntEnum):
     CELL = 1
 
 
+class Turn(IntEnum):
+    """Values of `Halves.turn`: whose the lower half of a step is."""
+
+    FREE = 0  # of nobody
+    OPEN = 1  # on offer
+    TAKEN = 2  # of the thread that helps
+    ALONE = 3  # of the thread that takes the steps, now and later
+
+
 class Fabric(NamedTuple):
     """Constants of Eq. (2.9) on the grid."""
 
@@ -440,6 +449,24 @@ class Parting(NamedTuple):
     impulse: Floats  # (2,), N s, as in Blows
 
 
+class Books(NamedTuple):
+    """What the sweep over rows books, column by column."""
+
+    work: Work
+    by_column: ByColumn
+    top_generatrix: Top
+    top_hoop: Top
+    top_belt: Top
+
+
+class Halves(NamedTuple):
+    """What the two halves of a large shell's rows share, see kernels.halves: the seam, and the books of the lower one."""
+
+    turn: Ints  # (1,), a Turn
+    seam: Nodes  # the rows on both sides of it before the step, (2*stride,)
+    books: Books  # of the lower half; its works are those of one step
+
+
 class Sweep(NamedTuple):
     """Scratch of one step, row by row; nothing in it outlives the step."""
 
@@ -460,3 +487,4 @@ class Sweep(NamedTuple):
     by_column: ByColumn
     by_row: ByRow
     parting: Parting
+    halves: Halves | None  # None where the grid is too small to be worth two threads: kernels without them are compiled sooner

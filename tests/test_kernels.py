@@ -454,7 +454,8 @@ def test_cases_differ_in_values_not_in_types() -> None:
     for drop in drops:
         drop.advance(most=2)
         drop.advance(until=1e-3)
-    assert [signature[1] for signature in advance.entry.signatures].count(typeof(drops[0].state)) == 1
+    types = typeof(drops[0].state), typeof(drops[0].sweep)
+    assert [signature[1:3] for signature in advance.entry.signatures].count(types) == 1
 
 
 def test_noalias_reaches_the_compiler() -> None:
