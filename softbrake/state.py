@@ -306,7 +306,8 @@ class Folds(NamedTuple):
     normal_z: Floats
     blocks: Floats  # (blocks, len(Box))
     order: Ints  # (blocks,), by lower x
-    inside: Ints  # (nodes of a block,), scratch
+    cells: Ints  # (cells of two blocks,), scratch
+    boxes: Floats  # (cells of two blocks and one, len(Box)), scratch
     stamp: Ints  # (nodes,), pass in which a node was last pushed
     counts: Ints  # (len(FoldCount),)
     penetration: Floats  # (1,), largest so far, over the unloaded cell

@@ -11,7 +11,7 @@ import softbrake
 from softbrake.build import build_folds, grid_view, with_room
 from softbrake.drop import Drop
 from softbrake.kernels.folds import CUSHION, part_moved
-from softbrake.kernels.meet import NEVER, crossing_of_triangle, nearest_on_face
+from softbrake.kernels.meet import NEVER, crossing_of, nearest_on_face
 from softbrake.kernels.motion import close_nodes
 from softbrake.kernels.near import find_pairs
 from softbrake.kernels.step import fold_step
@@ -141,7 +141,7 @@ def test_crossing_of_a_triangle() -> None:
         after = before + 0.7 * after
         start, end = 0.5 * random.standard_normal((2, 3))
         ends = (np.vstack((start - before[0], before[1:] - before[0])), np.vstack((end - after[0], after[1:] - after[0])))
-        time, s, t, *normal = crossing_of_triangle(*(tuple(row) for vectors in ends for row in vectors))
+        time, s, t, *normal = crossing_of(False, *(tuple(row) for vectors in ends for row in vectors))
         assert time == pytest.approx(passing_time(start, end, before, after), abs=1e-6)
         if time < NEVER:
             passed += 1
