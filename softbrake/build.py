@@ -208,7 +208,7 @@ def build_folds(nodes: int, rows: int, columns: int, pairs: float) -> Folds:
     return Folds(
         pairs=np.zeros(room, np.int64),
         wake=np.zeros(room),
-        contacts=np.zeros((room, 9)),
+        contacts=np.zeros((room, 10)),
         path=np.zeros(nodes),
         step=np.zeros(nodes),
         margin=np.full(nodes, -1.0),  # used up

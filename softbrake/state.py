@@ -293,8 +293,9 @@ class Folds(NamedTuple):
 
     pairs: Ints  # (capacity,), node times 2^32 plus the face's lower left node; those awake in front
     wake: Floats  # m, (capacity,), travel of node and face at which a pair is to be looked at again
-    contacts: Floats  # (capacity, 9), of those awake at n: unit vector from face to node, the corners' weights, speed of closing
-    # allowed (m/s), and how far the face's nearest corner is along the vector (m, negative; inf where the two touch)
+    contacts: Floats  # (capacity, 10), of those awake at n: unit vector to the node from face or edge, the corners' weights,
+    # speed of closing allowed (m/s), how far face or edge reach along the vector (m, negative; inf where the two touch), speed
+    # of closing with the space under the cover (m/s)
     path: Floats  # m, (nodes,), travelled since the last search
     step: Floats  # m, (nodes,), in this step
     margin: Floats  # m, (nodes,), that may be travelled until the next search

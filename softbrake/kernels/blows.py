@@ -11,13 +11,22 @@ BESIDE = 1e-9  # part of the cargo's radius
 
 
 @kernel
-def room(course, sheet):
-    """Return what cushions are a part of (m): the cell, or the space between ground and cover where that is narrower.
+def room(height, sheet):
+    """Return what cushions are a part of (m): the cell, or the space between the ground and a cover so high where that is narrower.
 
-    Cloth has no thickness to be squeezed. Cushions of fixed thickness would fill what is left under the cover, and ground and
-    cover, both rigid, would drive the cloth between them to and fro in each step anew: a force that grows as steps shrink.
+    Cloth has no thickness to be squeezed: where the cover comes down on a pile, all distances in it may shrink with that space.
     """
-    return min(sheet.edge, course.next_cover - sheet.ground)
+    return min(sheet.edge, height - sheet.ground)
+
+
+@kernel
+def kept(course, sheet):
+    """Return the part of a distance between folds that a step leaves where they are pressed: 1 as long as there is room.
+
+    If pressed folds came no nearer to each other, ground and cover, both rigid, would drive the cloth between them to and fro in
+    each pass: a force out of nothing that grows as steps shrink.
+    """
+    return min(room(course.next_cover, sheet) / room(course.cover, sheet), 1.0)
 
 
 @kernel

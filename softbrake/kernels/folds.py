@@ -12,7 +12,7 @@ from math import inf, sqrt
 
 from numba import uint64
 
-from softbrake.kernels.blows import GAP_PASSED, may_pass, merge_nodes, part_pair, room
+from softbrake.kernels.blows import GAP_PASSED, kept, may_pass, merge_nodes, part_pair, room
 from softbrake.kernels.jit import kernel
 from softbrake.kernels.meet import APART, EDGES, PASSES, SECOND, SMALLEST, closing_along, meet, members_of, nearest, seen_from
 from softbrake.kernels.near import find_pairs
@@ -190,8 +190,8 @@ def wake_pairs(nodes, folds, course, sheet):
 
     A pair at some distance sleeps until node and face can have travelled it.
     """
-    pairs, wake, contacts = folds.pairs, folds.wake, folds.contacts
-    thick, length = CUSHION * room(course, sheet), course.length
+    pairs, wake, contacts, part = folds.pairs, folds.wake, folds.contacts, kept(course, sheet)
+    thick, length = CUSHION * room(course.next_cover, sheet), course.length
     awake = 0
     for k in range(folds.counts[FoldCount.PAIRS]):
         pair = pairs[k]
@@ -207,7 +207,7 @@ def wake_pairs(nodes, folds, course, sheet):
             continue
         pairs[k], pairs[awake] = pairs[awake], pair
         wake[k], wake[awake] = wake[awake], wake[k]
-        write_contact(contacts[awake], edges, start, distance, x, y, z, weights, presses, thick, length)
+        write_contact(contacts[awake], edges, start, distance, x, y, z, weights, presses, thick, part, length)
         awake += 1
     return awake
 
@@ -221,7 +221,7 @@ def travel_of(nodes, faces, pair):
 
 
 @kernel
-def write_contact(contact, edges, start, distance, x, y, z, weights, presses, thick, length):
+def write_contact(contact, edges, start, distance, x, y, z, weights, presses, thick, part, length):
     """Write how a pair stands at n, see Folds.contacts: x, y, z (m) from the face to the node; start: corners seen from it."""
     scale = 1.0 / max(distance, SMALLEST)
     qx, qy, qz = start
@@ -231,11 +231,13 @@ def write_contact(contact, edges, start, distance, x, y, z, weights, presses, th
     for k in range(1, 4):
         nearest = max(nearest, scale * (x * qx[k] + y * qy[k] + z * qz[k]))
     nearest -= own
-    allowed = (distance - thick) / length
+    squeezed = (1.0 - part) * distance / length
+    allowed = (distance - thick) / length - squeezed
     contact[0], contact[1], contact[2] = scale * x, scale * y, scale * z
     contact[3], contact[4], contact[5], contact[6] = weights
-    contact[7] = inf if not presses else allowed if allowed > 0.0 else SPRING * allowed
+    contact[7] = inf if not presses else squeezed + (allowed if allowed > 0.0 else SPRING * allowed)
     contact[8] = nearest if distance > TINY * thick else inf
+    contact[9] = squeezed
 
 
 @kernel
@@ -250,7 +252,7 @@ def press_cushion(nodes, mass, blows, folds, course, sheet, k):
     _, node, corners = members_of(folds.pairs[k], sheet)
     nx, ny, nz, weights = contact[0], contact[1], contact[2], (contact[3], contact[4], contact[5], contact[6])
     closing = closing_along(nodes, node, corners, weights, nx, ny, nz)
-    slowing = min(closing - contact[7], (1.0 + REBOUND) * closing)
+    slowing = min(closing - contact[7], (1.0 + REBOUND) * (closing - contact[9]))
     if slowing > 0.0:
         now = folds.counts[FoldCount.PASSES]
         part_pair(nodes, mass, blows, course, sheet, now, node, corners, weights, slowing, nx, ny, nz)
@@ -267,7 +269,7 @@ def try_pairs(nodes, mass, blows, folds, course, sheet, awake, tries):
     pairs, stamp, counts = folds.pairs, folds.stamp, folds.counts
     before = counts[FoldCount.PASSES]
     counts[FoldCount.PASSES] += 1
-    gap, pushed = GAP_PASSED * room(course, sheet), 0
+    gap, part, pushed = GAP_PASSED * room(course.next_cover, sheet), kept(course, sheet), 0
     for k in range(awake):
         edges, node, corners = members_of(pairs[k], sheet)
         a, b, c, d = corners
@@ -275,7 +277,7 @@ def try_pairs(nodes, mass, blows, folds, course, sheet, awake, tries):
             continue
         if not may_pass(nodes, folds.contacts[k], edges, node, corners, course.length):
             continue
-        _, how, slowing, nx, ny, nz, weights = meet(nodes, edges, node, corners, sheet.breadth, course.length, gap)
+        _, how, slowing, nx, ny, nz, weights = meet(nodes, edges, node, corners, sheet.breadth, course.length, gap, part)
         if how == APART:
             continue
         if tries >= PUSHES or slowing <= 0.0:
@@ -290,11 +292,11 @@ def try_pairs(nodes, mass, blows, folds, course, sheet, awake, tries):
 @kernel
 def book_failure(nodes, folds, course, sheet, awake):
     """Count the pairs that pass though the passes are used up, and raise the largest penetration, over the unloaded cell."""
-    gap, length = GAP_PASSED * room(course, sheet), course.length
+    gap, part, length = GAP_PASSED * room(course.next_cover, sheet), kept(course, sheet), course.length
     for k in range(awake):
         edges, node, corners = members_of(folds.pairs[k], sheet)
         if may_pass(nodes, folds.contacts[k], edges, node, corners, length):
-            found = meet(nodes, edges, node, corners, sheet.breadth, length, gap)
+            found = meet(nodes, edges, node, corners, sheet.breadth, length, gap, part)
             if found[1] == PASSES:
                 folds.counts[FoldCount.PIERCED] += 1
                 folds.penetration[0] = max(folds.penetration[0], found[0] / sheet.edge)
