@@ -23,7 +23,7 @@ SPRING = 0.5  # of what a cushion is pressed in, given back in a step,
 REBOUND = 0.5  # but at no more than this part of the speed of closing: what rests in it is left there
 CUSHIONINGS = 4  # passes over the cushions
 AIM = 1.2  # of the impulse needed, after the first passes: a rebound, but fewer passes for pairs that others push back
-LAST = 0.5  # of the height of the cover, what a step leaves of it; where it leaves less, the run ends, and folds no longer meet
+LAST = 10.0  # of the gap kept from the cover: in less space above the ground, in the last few steps, folds no longer meet
 FIRM = 4  # passes that take what is needed and no more
 PUSHES = 60  # passes over what would pass a face, and as many more over a meridian; what still does then is counted
 TINY = 1e-3  # of the cushion; nearer than this the direction from face to node says nothing
@@ -88,7 +88,7 @@ def sheet_of(model, columns, stride, first, breadth, edge, touching, axis):
 @kernel
 def part_moved(nodes, mass, blows, folds, course, sheet):
     """Keep folds apart, while the row on the cover, which is pushed last, stands where it is foreseen. See part_folds."""
-    if folds.counts[FoldCount.DUE] == 0 or course.next_cover <= LAST * course.cover:
+    if folds.counts[FoldCount.DUE] == 0 or course.next_cover - sheet.ground <= LAST * course.gap:
         return
     top = sheet.rows * sheet.stride + sheet.first
     copies = int(sheet.columns > 1)
