@@ -43,6 +43,7 @@ ONE_COLUMN = ("axisymmetric", "lumped")  # fidelities whose arrays hold the gene
 LUMPED_STEPS = 2000  # in which the cargo would fall the shell's height at its first velocity
 WEIGHINGS = 4
 PAIRS_PER_NODE = 0.25  # near one another, of folds, to begin with
+BY_PAIR = ("pairs", "wake", "awake", "contacts")  # arrays of `Folds` with room for the pairs
 PLEATS = 64  # the same of a meridian, all of whose segments may lie on one another
 FREE = 1  # first free node of a meridian
 SLIVER = 1e-3  # least part of a belt that a row carries, of what the row with most of it does
@@ -208,6 +209,7 @@ def build_folds(nodes: int, rows: int, columns: int, pairs: float) -> Folds:
     return Folds(
         pairs=np.zeros(room, np.int64),
         wake=np.zeros(room),
+        awake=np.zeros(room, np.int64),
         contacts=np.zeros((room, 10)),
         path=np.zeros(nodes),
         step=np.zeros(nodes),
@@ -231,8 +233,8 @@ def build_folds(nodes: int, rows: int, columns: int, pairs: float) -> Folds:
 def with_room(folds: Folds) -> Folds:
     """Return the arrays of the contact of folds with room for twice as many pairs, and those there are."""
     folds.counts[FoldCount.CRAMPED] = 0
-    wake, contacts = (np.concatenate((part, np.zeros_like(part))) for part in (folds.wake, folds.contacts))
-    return folds._replace(pairs=np.concatenate((folds.pairs, np.zeros_like(folds.pairs))), wake=wake, contacts=contacts)
+    more = {name: np.concatenate((part, np.zeros_like(part))) for name, part in folds._asdict().items() if name in BY_PAIR}
+    return folds._replace(**more)
 
 
 def build_sweep(model: Model, folds: bool = False) -> Sweep:

@@ -291,9 +291,12 @@ class Work(NamedTuple):
 class Folds(NamedTuple):
     """Nodes and faces of the shell near one another, and the search for them."""
 
-    pairs: Ints  # (capacity,), node times 2^32 plus the face's lower left node; those awake in front
-    wake: Floats  # m, (capacity,), travel of node and face at which a pair is to be looked at again
-    contacts: Floats  # (capacity, 10), of those awake at n: unit vector to the node from face or edge, the corners' weights,
+    pairs: Ints  # (capacity,), node times 2^32 plus the face's lower left node, or edges: see kernels.meet
+    wake: Floats  # m, (capacity,), travel of node and face, or of both edges, at which a pair is to be looked at again
+    awake: Ints  # (capacity,), the pairs that may meet in this step, by slot: nodes and faces from the front, edges from the end
+    contacts: (
+        Floats  # (capacity, 10), of those awake, by slot, at n: unit vector to the node from face or edge, the corners' weights,
+    )
     # speed of closing allowed (m/s), how far face or edge reach along the vector (m, negative; inf where the two touch), speed
     # of closing with the space under the cover (m/s)
     path: Floats  # m, (nodes,), travelled since the last search

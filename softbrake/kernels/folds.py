@@ -109,12 +109,12 @@ def part_folds(nodes, mass, blows, folds, course, sheet):
     if add_travel(nodes, folds, sheet, length) or counts[FoldCount.STALE] == 1:
         look_around(folds, nodes, sheet)
     awake = wake_pairs(nodes, folds, course, sheet)
-    if awake == 0:
+    if awake == (0, 0):
         return
     for _ in range(CUSHIONINGS):
         counts[FoldCount.PASSES] += 1
-        for k in range(awake):
-            press_cushion(nodes, mass, blows, folds, course, sheet, k)
+        for k in range(awake[0] + awake[1]):
+            press_cushion(nodes, mass, blows, folds, course, sheet, slot_of(k, awake, folds))
     tries, pushed, most = 0, 1, PUSHES if sheet.columns > 1 else 2 * PUSHES
     while pushed > 0 and tries < most:
         pushed = try_pairs(nodes, mass, blows, folds, course, sheet, awake, tries)
@@ -186,13 +186,14 @@ def look_around(folds, nodes, sheet):
 
 @kernel
 def wake_pairs(nodes, folds, course, sheet):
-    """Put the pairs that may meet in this step in front, and write how they stand at n to folds.contacts. Returns their number.
+    """Find the pairs that may meet in this step, and write how they stand at n to folds.contacts. Returns how many of each kind.
 
-    A pair at some distance sleeps until node and face can have travelled it.
+    A pair at some distance sleeps until it can have travelled it. Slots of folds.awake and contacts are taken from the front by
+    nodes and faces, from the end by edges.
     """
     pairs, wake, contacts, part = folds.pairs, folds.wake, folds.contacts, kept(course, sheet)
     thick, length = CUSHION * room(course.next_cover, sheet), course.length
-    awake = 0
+    front, back = 0, 0
     for k in range(folds.counts[FoldCount.PAIRS]):
         pair = pairs[k]
         travelled = travel_of(folds.path, folds.face_path, pair)
@@ -205,11 +206,17 @@ def wake_pairs(nodes, folds, course, sheet):
         wake[k] = travelled - step + distance - thick
         if distance > thick + step:
             continue
-        pairs[k], pairs[awake] = pairs[awake], pair
-        wake[k], wake[awake] = wake[awake], wake[k]
-        write_contact(contacts[awake], edges, start, distance, x, y, z, weights, presses, thick, part, length)
-        awake += 1
-    return awake
+        front, back = front + int(not edges), back + int(edges)
+        slot = pairs.size - back if edges else front - 1
+        folds.awake[slot] = pair
+        write_contact(contacts[slot], edges, start, distance, x, y, z, weights, presses, thick, part, length)
+    return front, back
+
+
+@kernel
+def slot_of(k, awake, folds):
+    """Return the slot of the k-th pair awake: nodes and faces first, for edges then often find nothing left to part."""
+    return k if k < awake[0] else folds.awake.size - 1 - (k - awake[0])
 
 
 @kernel
@@ -241,15 +248,15 @@ def write_contact(contact, edges, start, distance, x, y, z, weights, presses, th
 
 
 @kernel
-def press_cushion(nodes, mass, blows, folds, course, sheet, k):
+def press_cushion(nodes, mass, blows, folds, course, sheet, slot):
     """Take from a pair what it closes faster than its cushion allows.
 
     No energy arises, since it never parts faster than it closed. Writes nodes, blows.
     """
-    contact = folds.contacts[k]
+    contact = folds.contacts[slot]
     if contact[8] == inf:
         return
-    _, node, corners = members_of(folds.pairs[k], sheet)
+    _, node, corners = members_of(folds.awake[slot], sheet)
     nx, ny, nz, weights = contact[0], contact[1], contact[2], (contact[3], contact[4], contact[5], contact[6])
     closing = closing_along(nodes, node, corners, weights, nx, ny, nz)
     slowing = min(closing - contact[7], (1.0 + REBOUND) * (closing - contact[9]))
@@ -266,16 +273,17 @@ def try_pairs(nodes, mass, blows, folds, course, sheet, awake, tries):
     along the normal parts takes its common velocity, as does all that still passes in the last passes over a meridian.
     Writes nodes, blows.
     """
-    pairs, stamp, counts = folds.pairs, folds.stamp, folds.counts
+    stamp, counts = folds.stamp, folds.counts
     before = counts[FoldCount.PASSES]
     counts[FoldCount.PASSES] += 1
     gap, part, pushed = GAP_PASSED * room(course.next_cover, sheet), kept(course, sheet), 0
-    for k in range(awake):
-        edges, node, corners = members_of(pairs[k], sheet)
+    for k in range(awake[0] + awake[1]):
+        slot = slot_of(k, awake, folds)
+        edges, node, corners = members_of(folds.awake[slot], sheet)
         a, b, c, d = corners
         if tries > 0 and max(stamp[node], stamp[a], stamp[b], stamp[c], stamp[d]) < before:
             continue
-        if not may_pass(nodes, folds.contacts[k], edges, node, corners, course.length):
+        if not may_pass(nodes, folds.contacts[slot], edges, node, corners, course.length):
             continue
         _, how, slowing, nx, ny, nz, weights = meet(nodes, edges, node, corners, sheet.breadth, course.length, gap, part)
         if how == APART:
@@ -293,9 +301,10 @@ def try_pairs(nodes, mass, blows, folds, course, sheet, awake, tries):
 def book_failure(nodes, folds, course, sheet, awake):
     """Count the pairs that pass though the passes are used up, and raise the largest penetration, over the unloaded cell."""
     gap, part, length = GAP_PASSED * room(course.next_cover, sheet), kept(course, sheet), course.length
-    for k in range(awake):
-        edges, node, corners = members_of(folds.pairs[k], sheet)
-        if may_pass(nodes, folds.contacts[k], edges, node, corners, length):
+    for k in range(awake[0] + awake[1]):
+        slot = slot_of(k, awake, folds)
+        edges, node, corners = members_of(folds.awake[slot], sheet)
+        if may_pass(nodes, folds.contacts[slot], edges, node, corners, length):
             found = meet(nodes, edges, node, corners, sheet.breadth, length, gap, part)
             if found[1] == PASSES:
                 folds.counts[FoldCount.PIERCED] += 1
