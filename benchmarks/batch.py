@@ -10,7 +10,7 @@ from softbrake.case import load_case
 PAPER = Path(__file__).resolve().parents[1] / "configs" / "paper.yaml"
 
 
-def batch_rate(courant: float, drops: int) -> dict[str, Any]:
+def batch_rate(courant: float | str, drops: int) -> dict[str, Any]:
     """Measure a batch; by CPU time the rate is that of cores which nobody else uses."""
     moduli = [15e3 + 10e3 * k / (drops - 1) for k in range(drops)]
     level = ("model.fidelity=axisymmetric", f"time.courant={courant}")

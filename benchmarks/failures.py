@@ -13,7 +13,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from softbrake.build import grid_view, initial_energy
+from softbrake.build import grid_view, initial_energy, meridian_view
 from softbrake.case import load_case
 from softbrake.drop import Drop
 from softbrake.kernels.motion import close_nodes
@@ -165,7 +165,7 @@ def million(steps: int = 1_000_000, courant: str = "auto") -> Million:
     case = load_case(CONFIGS / "no-belts.yaml", [*ROUND, "grid.generatrix=8", *others])
     drop = Drop(case)
     drop.disturb(1e-3, seed=5)
-    model, nodes = drop.model, drop.state.nodes
+    model, nodes = drop.model, meridian_view(drop.state.nodes, drop.model)
     copies, fabric = model.sector.copies, model.fabric
     pressure = pressure_at(model.pressure, 0.0)
 

@@ -104,7 +104,7 @@ def build_model(case: Case) -> Model:
     return Model(
         n1=n1,
         n2=n2,
-        stride=PAD + _lanes(n2) + PAD,
+        stride=1 if case.model.fidelity in ONE_COLUMN else PAD + _lanes(n2) + PAD,
         scheme=int(Scheme[case.model.scheme.upper()]),
         courant=case.time.courant,
         end=case.time.end,
@@ -167,16 +167,15 @@ def _pulls(per_mass: Floats, own: Floats) -> tuple[Floats, Floats]:
 
 def build_state(case: Case, model: Model) -> State:
     """Return the state at first contact: unloaded shell, all of it falling with the cargo but the row on the ground."""
-    one_column = case.model.fidelity in ONE_COLUMN
-    stride = 1 if one_column else model.stride
+    one_column, stride = case.model.fidelity in ONE_COLUMN, model.stride
     angle = np.zeros(1) if one_column else 2.0 * pi * (np.arange(stride) - PAD) / case.grid.hoop
     radius = 0.5 * case.shell.diameter
-    nodes = Nodes(*_rows(model.n1 + 1, stride, Nodes._fields, FREE if one_column else 0))
-    height = np.linspace(0.0, case.shell.height, model.n1 + 1)[:, None]
-    nodes.x.reshape(-1, stride)[:] = radius * np.cos(angle)
-    nodes.y.reshape(-1, stride)[:] = radius * np.sin(angle)
-    nodes.z.reshape(-1, stride)[:] = height
-    nodes.w.reshape(-1, stride)[:] = np.where(height > 0.0, -case.cargo.velocity, 0.0)
+    rows = model.n1 + 1
+    nodes = Nodes(*(_rows(1, rows + PAD, Nodes._fields, FREE) if one_column else _rows(rows, stride, Nodes._fields)))
+    x, y, z, _, _, w = (part[: rows * stride].reshape(rows, stride) for part in nodes)
+    height = np.linspace(0.0, case.shell.height, rows)[:, None]
+    x[:], y[:], z[:] = radius * np.cos(angle), radius * np.sin(angle), height
+    w[:] = np.where(height > 0.0, -case.cargo.velocity, 0.0)
     now = np.zeros(len(History))
     now[History.HEIGHT] = case.shell.height
     now[History.VELOCITY] = -case.cargo.velocity
@@ -193,8 +192,8 @@ def build_state(case: Case, model: Model) -> State:
         elastic_start=np.zeros(1),
         peaks=np.zeros((len(Peak), 3)),
         felt=np.zeros(1),
-        work=Work(*(_rows(1, model.n1 + 1, Work._fields, FREE) if one_column else _rows(1, _lanes(model.n2), Work._fields))),
-        folds=build_folds(nodes.x.size, model.n1, 1 if one_column else model.n2, PLEATS if one_column else PAIRS_PER_NODE)
+        work=Work(*(_rows(1, rows + PAD, Work._fields, FREE) if one_column else _rows(1, _lanes(model.n2), Work._fields))),
+        folds=build_folds(rows * stride, model.n1, model.n2, PLEATS if one_column else PAIRS_PER_NODE)
         if "folds" in case.contact and case.model.fidelity != "lumped"
         else None,
     )
@@ -263,14 +262,18 @@ def build_sweep(model: Model, folds: bool = False) -> Sweep:
 
 def build_meridian(model: Model) -> Meridian:
     """Return the scratch arrays of a step of the axisymmetric shell."""
-    nodes = model.n1 + 1
+    nodes = model.n1 + 1 + PAD
     edges = ("x", "z", "e", "tension_1", "force", "elastic")
-    others = [name for name in Meridian._fields if name not in (*edges, "area", "belt_rows", "by_row", "impulse")]
+    others = [name for name in Meridian._fields if name not in (*edges, "area", "belts", "belt_rows", "by_row", "impulse")]
     scratch = dict(zip(edges, _rows(1, nodes, edges), strict=True))
     scratch |= dict(zip(others, _rows(1, nodes, others, FREE), strict=True))
     area = Rows(*_rows(1, PAD + nodes, Rows._fields, FREE))
     rows = np.flatnonzero(model.belts.width)
-    return Meridian(**scratch, impulse=np.zeros(2), area=area, belt_rows=rows, by_row=_by_row(model))
+    belts = Belts(*_rows(1, nodes, Belts._fields, FREE))
+    constants = ((scratch["mass"], model.mass), (scratch["per_mass"], model.per_mass), *zip(belts, model.belts, strict=True))
+    for part, values in constants:
+        part[1 : model.n1] = values[1:-1]
+    return Meridian(**scratch, belts=belts, impulse=np.zeros(2), area=area, belt_rows=rows, by_row=_by_row(model))
 
 
 def whole_model(case: Case) -> Model:
@@ -284,7 +287,7 @@ def whole_nodes(case: Case, whole: Model, model: Model, state: State) -> Nodes:
     turn, column = np.divmod(np.arange(whole.stride) - PAD, model.n2)
     angle = 2.0 * pi * turn / model.sector.copies
     parts = (
-        [values[:, None] for values in state.nodes]
+        [values[:, None] for values in meridian_view(state.nodes, model)]
         if case.model.fidelity in ONE_COLUMN
         else [values.reshape(whole.n1 + 1, -1)[:, PAD + column] for values in state.nodes]
     )
@@ -299,6 +302,11 @@ def whole_nodes(case: Case, whole: Model, model: Model, state: State) -> Nodes:
 def grid_view(flat: Floats, model: Model) -> Floats:
     """Return a flat array of the nodes as a view of shape (n1+1, n2), without the copied columns; not of the axisymmetric."""
     return flat.reshape(model.n1 + 1, model.stride)[:, PAD : PAD + model.n2]
+
+
+def meridian_view(nodes: Nodes, model: Model) -> Nodes:
+    """Return the nodes of the axisymmetric shell as views of shape (n1+1,), without what fills the last vector."""
+    return Nodes(*(part[: model.n1 + 1] for part in nodes))
 
 
 def initial_energy(case: Case, model: Model) -> float:

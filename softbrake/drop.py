@@ -250,7 +250,7 @@ class Drop:
         random = np.random.default_rng(seed)
         if self.case.model.fidelity in ONE_COLUMN:
             for values in (nodes.x, nodes.z):
-                values[1:-1] += size * random.normal(size=values[1:-1].shape)
+                values[1 : model.n1] += size * random.normal(size=model.n1 - 1)
             return
         for values in (nodes.x, nodes.y, nodes.z):
             grid_view(values, model)[1:-1] += size * random.normal(size=(model.n1 - 1, model.n2))

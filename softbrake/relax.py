@@ -50,11 +50,11 @@ class Held:
     def __init__(self, model: Model, state: State, advance: Advance) -> None:
         """Stop all motion."""
         self.model, self.state, self._advance = model._replace(cargo_mass=HEAVY), state, advance
-        nodes, width = state.nodes, state.nodes.x.size // (model.n1 + 1)
+        nodes, width, end = state.nodes, model.stride, (model.n1 + 1) * model.stride
         columns = slice(PAD, PAD + model.n2) if width > 1 else slice(None)
-        self._height, self._cover = float(state.now[History.HEIGHT]), slice(-width, None)
+        self._height, self._cover = float(state.now[History.HEIGHT]), slice(end - width, end)
         # Not the columns beyond those of the shell: what they hold is nothing.
-        self._x, _, _, *self._free = (part.reshape(model.n1 + 1, width)[1:-1, columns] for part in nodes)
+        self._x, _, _, *self._free = (part[:end].reshape(model.n1 + 1, width)[1:-1, columns] for part in nodes)
         self._limit = BURST * (model.radius + self._height)
         self.cut(0.0)
         state.steps[0], state.choice[:], state.stable_step[1] = 0, (0, 1), 0.0  # the step is chosen anew

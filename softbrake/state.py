@@ -6,7 +6,7 @@ its first column behind, so node (i, j) of a flat array stands at `i*stride + PA
 multiples of eight doubles, a cache line, and loops over a row take whole ones: a row has room for the columns from n2 on that
 they compute and nobody reads. A sector of the shell has fewer columns than the hoop; the rest of the hoop repeats
 it, turned about the axis, so that the copies at both ends of a row are turned as well. The axisymmetric shell is a sector of
-one column, kept as one array along the generatrix: x the radius, y and v zero.
+one column, kept as one array along the generatrix with PAD entries more: x the radius, y and v zero.
 Suffix _1 is along the generatrix, _2 around the hoop. x3 = z points up.
 """
 
@@ -210,7 +210,7 @@ class Model(NamedTuple):
 
     n1: int  # cells along the generatrix
     n2: int  # columns: the cells around the hoop, or around one sector of it
-    stride: int  # doubles from row to row, see above
+    stride: int  # doubles from row to row, see above; 1 of the axisymmetric shell
     scheme: int  # Scheme
     courant: float
     end: float  # s
@@ -263,7 +263,7 @@ class Sheet(NamedTuple):
 
 
 class Nodes(NamedTuple):
-    """Places (m) at time n and velocities (m/s) at n-1/2, each flat, ((n1+1)*stride,)."""
+    """Places (m) at time n and velocities (m/s) at n-1/2, each flat, ((n1+1)*stride,); (n1+1+PAD,) of one column."""
 
     x: Floats
     y: Floats
@@ -276,7 +276,7 @@ class Nodes(NamedTuple):
 class Work(NamedTuple):
     """Work on one sector of shell and cargo since the start, J, split by column as it is summed; each (n2 in whole PADs,).
 
-    Split by node of the one column, (n1+1,), in the axisymmetric shell.
+    Split by node of the one column, (n1+1+PAD,), in the axisymmetric shell.
     """
 
     pressure: Floats
@@ -385,7 +385,7 @@ class ByRow(NamedTuple):
 
 
 class Meridian(NamedTuple):
-    """Scratch of the axisymmetric shell's step: values of edges, (n1,), in front, and of nodes, (n1+1,)."""
+    """Scratch of the axisymmetric shell's step, each (n1+1+PAD,): values of edges, n1 of them, in front, and of nodes."""
 
     x: Floats  # m, edge vector, along the radius
     z: Floats  # m, upwards
@@ -394,12 +394,14 @@ class Meridian(NamedTuple):
     force: Floats  # N/m, edge force over edge length
     elastic: Floats  # N/m, its elastic part
     tension_2: Floats  # N/m, T22 at the nodes
-    belt_tension: Floats  # N/m, N22 at the nodes
-    belt_force: Floats  # N, of the belt on the node, inwards
-    belt_elastic: Floats  # N, its elastic part
+    belt_force: Floats  # N, tension of the belt
+    belt_elastic: Floats  # N, of its elastic part on the node, inwards
     pressure: Floats  # Pa
-    hoop: Floats  # N, of the fabric's hoop on the node, inwards
-    hoop_elastic: Floats  # N, its elastic part
+    mass: Floats  # kg, of the free nodes, 0 of all others
+    per_mass: Floats  # 1/kg, likewise
+    belts: Belts  # likewise
+    hoop: Floats  # N, of the fabric's hoop and the belt on the node, inwards
+    hoop_elastic: Floats  # N, of the elastic part of the fabric's
     mean_u: Floats  # m/s, mean of the velocities at n-1/2 and n+1/2
     mean_w: Floats  # m/s
     free_u: Floats  # m/s, at n+1/2 before contact, but that with the ground

@@ -117,7 +117,7 @@ def distance_of_segments(a: Floats, b: Floats, c: Floats, d: Floats) -> float:
     ]
     directions = np.stack((b - a, c - d), axis=1)
     shares, *_ = np.linalg.lstsq(directions, c - a, rcond=None)
-    if 0.0 <= shares.min() and shares.max() <= 1.0:
+    if shares.min() >= 0.0 and shares.max() <= 1.0:
         found.append(float(np.linalg.norm(directions @ shares - (c - a))))
     return min(found)
 

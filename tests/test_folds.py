@@ -20,7 +20,7 @@ from naive_folds import (
 )
 
 import softbrake
-from softbrake.build import BY_PAIR, build_folds, grid_view, with_room
+from softbrake.build import BY_PAIR, build_folds, grid_view, meridian_view, with_room
 from softbrake.drop import Drop
 from softbrake.kernels.folds import CUSHION, part_moved
 from softbrake.kernels.meet import EDGES, NEVER, SECOND, crossing_of, crossing_of_edges, nearest_on_edges, nearest_on_face
@@ -248,7 +248,7 @@ def test_two_layers_thrown_at_each_other(speed: float) -> None:
 @pytest.mark.parametrize("seed", range(4))
 @pytest.mark.parametrize("speed", [10.0, 20.0])
 def test_layers_that_do_not_match_never_pass(speed: float, seed: int) -> None:
-    """Shifted, crumpled, of unlike masses, turning at random: no node and no edge passes, energy never rises, momentum is exact."""
+    """Shifted, crumpled, of unlike masses, turning at random: nothing passes, energy never rises, momentum is exact."""
     random = np.random.default_rng(seed)
     places = two_layers(8, 10, 0.5 * EDGE, shift=0.5)
     places[1:-1] += 0.1 * EDGE * random.uniform(-1, 1, places[1:-1].shape)
@@ -454,9 +454,9 @@ def places_of(falling: Drop) -> Floats:
     return np.stack([grid_view(part, model) for part in (nodes.x, nodes.y, nodes.z)], axis=-1)
 
 
-def pierced(falling: Drop, every: int) -> tuple[int, Outcome]:
-    """Advance to the end; count the nodes that pass through a face in every so-manieth step."""
-    count, outcome = 0, Outcome.RUNNING
+def pierced(falling: Drop, every: int) -> tuple[int, int, Outcome]:
+    """Advance to the end; count what passes in every so-manieth step, nodes and edges, and the edges that thread a face after it."""
+    count, knots, outcome = 0, 0, Outcome.RUNNING
     while outcome == Outcome.RUNNING:
         _, outcome = falling.advance(most=every - 1)
         if outcome != Outcome.RUNNING:  # the last step ends where cover and ground meet
@@ -464,8 +464,10 @@ def pierced(falling: Drop, every: int) -> tuple[int, Outcome]:
         before = places_of(falling)
         _, outcome = falling.advance(most=1)
         if outcome == Outcome.RUNNING:
-            count += len(crossings(before, places_of(falling)))
-    return count, outcome
+            after = places_of(falling)
+            count += len(crossings(before, after)) + len(edge_crossings(before, after))
+            knots += entangled(after)
+    return count, knots, outcome
 
 
 def test_folds_of_a_whole_drop() -> None:
@@ -510,7 +512,8 @@ def test_peak_and_impulse_do_not_grow_as_steps_shrink() -> None:
 
 
 def meridian_of(falling: Drop) -> Floats:
-    return np.stack((falling.state.nodes.x, falling.state.nodes.z), axis=-1)
+    nodes = meridian_view(falling.state.nodes, falling.model)
+    return np.stack((nodes.x, nodes.z), axis=-1)
 
 
 @pytest.mark.parametrize("overrides", [("belts.count=0",), (), ("fabric.viscosity=0.02", "cargo.diameter=0.3 m")])
@@ -552,7 +555,7 @@ def meridian_thrown(u: float, w: float, folds: bool) -> tuple[int, float, Drop]:
     )
     case = softbrake.load_case(CONFIGS / "paper-contact.yaml", ["model.fidelity=axisymmetric", f"contact={parts}", *still])
     falling, crossed, least = Drop(case), 0, inf
-    nodes = falling.state.nodes
+    nodes = meridian_view(falling.state.nodes, falling.model)
     nodes.x[24:-1] *= 0.9
     before = nodes.u[1:-1] ** 2 + nodes.w[1:-1] ** 2
     nodes.u[1:-1], nodes.w[1:-1] = np.array([[u], [w]]) + 10.0 * np.random.default_rng(1).standard_normal((2, 47))

@@ -12,6 +12,7 @@ from exact import Membrane, course, newton, static_cylinder
 from numpy.typing import NDArray
 
 import softbrake
+from softbrake.build import meridian_view
 from softbrake.case import Case, CaseError, load_case
 from softbrake.drop import Drop, NotInflated
 from softbrake.inflate import inflate
@@ -88,7 +89,7 @@ def test_mylar_balloon() -> None:
     shell = f"shell={{diameter: {2 * cut}, height: {length!r}}}"
     grid = ("model.fidelity=axisymmetric", "grid={generatrix: 96, hoop: 720}", "gravity=0", "contact=[ground]")
     drop = Drop(case(stiff, shell, "pressure.value=1 kPa", *grid))
-    nodes = drop.state.nodes
+    nodes = meridian_view(drop.state.nodes, drop.model)
     nodes.z[:] *= thickness / length
     nodes.x[:] += 0.1 * np.sin(pi * np.linspace(0, 1, len(nodes.x)))
     drop.state.now[History.HEIGHT] = thickness

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from exact import Floats, Ring, StaticCylinder, free_fall, piston, static_cylinder
 
-from softbrake.build import build_model, grid_view
+from softbrake.build import build_model, grid_view, meridian_view
 from softbrake.case import Belt, Case, load_case
 from softbrake.drop import Drop
 from softbrake.state import PAD, History, Outcome
@@ -40,7 +40,7 @@ def finish(falling: Drop, until: float = np.inf) -> tuple[Floats, Outcome]:
 def radii(falling: Drop) -> Floats:
     """Distances of the nodes from the axis (m), by row and column."""
     if falling.case.model.fidelity == "axisymmetric":
-        return falling.state.nodes.x[:, None]
+        return meridian_view(falling.state.nodes, falling.model).x[:, None]
     nodes, model = falling.state.nodes, falling.model
     return np.hypot(grid_view(nodes.x, model), grid_view(nodes.y, model))
 

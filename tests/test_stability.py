@@ -14,7 +14,7 @@ from typer.testing import CliRunner
 
 import softbrake
 from benchmarks.stability import random_case
-from softbrake.build import grid_view
+from softbrake.build import grid_view, meridian_view
 from softbrake.case import LongStep, load_case
 from softbrake.cli import app
 from softbrake.drop import Diverged, Drop
@@ -74,7 +74,7 @@ def limit_of_shell(falling: Drop) -> float:
 def limit_of_meridian(falling: Drop) -> float:
     """From differences of the velocities that one step gives."""
     model = falling.model._replace(cargo_mass=1e12, contact=falling.model.contact._replace(ground=-np.inf))
-    nodes, dt = falling.state.nodes, 1e-6
+    nodes, dt = meridian_view(falling.state.nodes, model), 1e-6
     kept, parts = [part.copy() for part in nodes], (nodes.x, nodes.z, nodes.u, nodes.w)
     start = np.concatenate([nodes.x[1:-1], nodes.z[1:-1], np.zeros(2 * (model.n1 - 1))])
     half = len(start) // 2

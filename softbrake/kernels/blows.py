@@ -12,7 +12,7 @@ BESIDE = 1e-9  # part of the cargo's radius
 
 @kernel
 def room(height, sheet):
-    """Return what cushions are a part of (m): the cell, or the space between the ground and a cover so high where that is narrower.
+    """Return what cushions are a part of (m): the cell, or the space between the ground and a cover so high if that is narrower.
 
     Cloth has no thickness to be squeezed: where the cover comes down on a pile, all distances in it may shrink with that space.
     """
@@ -47,7 +47,7 @@ def may_pass(nodes, contact, edges, node, corners, length):
 def part_pair(nodes, mass, blows, course, sheet, now, node, corners, weights, slowing, nx, ny, nz):
     """Take so much (m/s) from the speed at which a pair closes along the normal. Returns 1, 0 where both are held.
 
-    The impulse p times the sum of the weights on the node, -weight p on each corner, is that of the masses 1/m = sum weight^2/m_i.
+    The impulse p, times the sum of the weights on the node and -weight on each corner, is that of 1/m = sum weight^2/m_i.
     """
     w0, w1, w2, w3 = weights
     if sheet.columns == 1:  # both ends of the strip are one node

@@ -6,7 +6,7 @@ from softbrake.kernels.jit import kernel
 from softbrake.kernels.pressure import pressure_at
 from softbrake.state import History, Outcome, Peak
 
-STEPS_PER_STEP_CHOICE = 16  # most; a choice costs a third of a step, 0.6 of one of the axisymmetric shell
+STEPS_PER_STEP_CHOICE = 16  # most; a choice costs a third of a step, 0.7 of one of the axisymmetric shell
 STEADY = 0.99  # a limit that has fallen to less of the last one is looked at more often
 LENGTHENED = 1.2  # a step becomes longer by no less
 FELT = 1.6e-4  # s, time constant of the low-pass before the peak deceleration: 1 kHz, as of channel class 600 of ISO 6487

@@ -146,7 +146,7 @@ def nearest_on_face(q):
 
 @kernel
 def nearest_on_edges(q):
-    """Return the distance (m) of two edges, the vector from the second to the first, the weights, and whether both are met inside.
+    """Return the distance (m) of two edges, the vector from the second to the first, the weights, whether both are met inside.
 
     By clamping the shares in turn: C. Ericson, Real-Time Collision Detection (2005), 5.1.9.
     """
@@ -309,7 +309,7 @@ def crossing_of_face(start, end):
 
 @kernel
 def closing_along(nodes, node, corners, weights, nx, ny, nz):
-    """Return the speed (m/s) at which the two points of a pair with these weights near each other along the normal to the node."""
+    """Return the speed (m/s) at which the points of a pair with these weights near each other along the normal to the node."""
     u, v, w = nodes.u, nodes.v, nodes.w
     own = nx * u[node] + ny * v[node] + nz * w[node]
     closing = 0.0
@@ -323,9 +323,9 @@ def closing_along(nodes, node, corners, weights, nx, ny, nz):
 def meet(nodes, edges, node, corners, breadth, length, gap, part):
     """Return how a pair meets in the step to n+1: distance (m) there, how, slowing (m/s), normal, weights.
 
-    What is a gap apart at n stays so, what is nearer keeps that part of its distance, what is on one side stays there. slowing is what the speed
-    of closing along the normal has to lose for that, at most all of it: rest is always allowed, so no energy arises. 0 where
-    nothing is to do. how: PASSES where the node passes through the face, TOUCHES where it would but for round-off.
+    What is a gap apart at n stays so, what is nearer keeps that part of its distance, what is on one side stays there. slowing
+    is what the speed of closing along the normal has to lose for that, at most all of it: rest is always allowed, so no energy
+    arises. 0 where nothing is to do. how: PASSES where the node passes through the face, TOUCHES where it would but for round-off.
     """
     end = seen_from(nodes, node, corners, breadth, 0.0)
     distance, rx, ry, rz, weights, presses = nearest(edges, end)
@@ -358,9 +358,9 @@ def meet(nodes, edges, node, corners, breadth, length, gap, part):
 
 @kernel
 def slowing_of(closing, old, there, gap, part, length):
-    """Return what a speed of closing (m/s) has to lose: the lesser of a gap and a part of the distance old (m) at n is left at n+1.
+    """Return what a speed of closing (m/s) has to lose, so that a gap or a part of the distance old (m) at n is left at n+1.
 
-    there: the distance at n+1, negative beyond the face. What has come far too near rebounds by half, lest round-off decide.
+    That which is less. there: the distance at n+1, negative beyond the face. What has come far too near rebounds by half, lest round-off decide.
     """
     too_fast = closing - (1.0 - part) * old / length
     if too_fast <= 0.0:

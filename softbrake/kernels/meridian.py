@@ -2,6 +2,8 @@
 
 Node i = 0 … n1 stands at radius x and height z, edge i between nodes i and i+1; all loops run along the generatrix. The hoop
 stays a polygon: its edges, `side` long per radius, pull a node inwards by `side` times their force. Equations as in step.py.
+Loops of a step take whole vectors, see rows.py. Beyond the free nodes they reach the row on the cover, which has no mass there
+and moves on its own, and then copies of that row, whose edges have no length and are slack.
 """
 
 from math import inf, sqrt
@@ -16,6 +18,7 @@ from softbrake.kernels.jit import kernel
 from softbrake.kernels.lobes import part_meridian_lobes
 from softbrake.kernels.motion import push_cargo
 from softbrake.kernels.pressure import pressure_at, update_damped_pressure
+from softbrake.kernels.rows import lanes
 from softbrake.kernels.timestep import along, joined, largest, rate_of
 from softbrake.state import PAD, History, Outcome, Peak
 
@@ -37,18 +40,20 @@ def sweep_meridian(model, state, meridian, dt, length):
     now[History.PRESSURE] = pressure
     gas_on_cover = pressure * model.cover_area
     top = uint64(n1)
-    old = nodes.w[top]
+    old_height, old = nodes.z[top], nodes.w[top]
     step = foresee(now, old, model.gravity, model.sector, dt, length)
 
+    copy_top(nodes, top)
     update_generatrix(fabric, nodes, meridian, side, n1)  # (2.6), (2.9)
+    pull_hoops(fabric, nodes, meridian, side, n1)  # (2.3), (2.9)
     update_areas(nodes, meridian, model.sector.sin, n1)  # (2.7)
-    pull_belts(model.belts, fabric, nodes, meridian, side)  # (2.3)
     if model.pressure.damping > 0.0:
         update_damped_pressure(model.pressure, pressure, nodes, meridian.area, meridian.pressure, uint64(0), n1 + 1)  # (2.11)
-    else:
-        for i in range(uint64(n1 + 1)):
+    elif meridian.pressure[0] != pressure:
+        for i in range(lanes(n1 + 1)):
             meridian.pressure[i] = pressure
-    near = push_meridian(fabric, nodes, meridian, work, contact, step, mass, side, n1)  # (2.8), (2.9), (3.4)
+    near = push_meridian(nodes, meridian, work, contact, step, n1)  # (2.8), (3.2), (3.4)
+    nodes.z[top] = old_height  # the push carries it along
     moved = near
     if contact.friction > 0.0:
         rub_meridian(nodes, meridian, contact, mass, length, n1)
@@ -63,10 +68,10 @@ def sweep_meridian(model, state, meridian, dt, length):
     impulse += meridian.impulse[0]
     lift = meridian.impulse[1]
     if moved != 0:
-        add_contact_work(nodes, meridian, work, step, mass, n1)
+        add_contact_work(nodes, meridian, work, step, n1)
 
     below = uint64(n1 - 1)
-    pull = meridian.force[below] * meridian.z[below]
+    pull, elastic = meridian.force[below] * meridian.z[below], meridian.elastic[below] * meridian.z[below]
     gas = meridian.pressure[top] * meridian.area.z[FIRST + top]
     now[History.CONTACT_FORCE] = columns * (impulse / dt)
     now[History.COVER_FORCE] = columns * (gas_on_cover + gas - pull + impulse / dt)
@@ -75,17 +80,24 @@ def sweep_meridian(model, state, meridian, dt, length):
     mean = 0.5 * (old + velocity)
     nodes.z[top] = height
     nodes.w[top] = velocity
-    meridian.mean_w[top] = mean
     work.pressure[top] += dt * (gas_on_cover + gas) * mean
+    work.elastic[top] -= dt * elastic * mean
+    work.viscous[top] -= dt * (pull - elastic) * mean
     work.gravity[top] -= dt * model.gravity * moving * mean
     work.contact[top] += impulse * mean
-
-    add_meridian_work(meridian, work, dt, n1)
-    add_belt_work(meridian, work, dt)
     on_ground = gas_on_cover - meridian.pressure[0] * meridian.area.z[FIRST] - meridian.force[0] * meridian.z[0]
     now[History.GROUND_FORCE] = columns * (on_ground + mass[0] * model.gravity + lift / dt)
     now[History.GROUND_AREA] = columns * model.cover_area
     return height, raise_peaks(now, state.peaks, meridian, n1)
+
+
+@kernel
+def copy_top(nodes, top):
+    """Copy the places of the row on the cover to what fills the last vector of nodes. Writes nodes."""
+    x, z = nodes.x[top], nodes.z[top]
+    for i in range(top, top + FIRST):
+        nodes.x[i + ONE] = x
+        nodes.z[i + ONE] = z
 
 
 @kernel
@@ -98,7 +110,7 @@ def update_generatrix(fabric, nodes, meridian, side, n1):
     x, z, u, w = nodes.x, nodes.z, nodes.u, nodes.w
     per_1 = 1.0 / fabric.h1
     half = 0.5 * side / fabric.h2
-    for i in range(uint64(n1)):
+    for i in range(lanes(n1)):
         j = i + ONE
         dx = x[j] - x[i]
         dz = z[j] - z[i]
@@ -121,6 +133,35 @@ def update_generatrix(fabric, nodes, meridian, side, n1):
 
 
 @kernel
+def pull_hoops(fabric, nodes, meridian, side, n1):
+    """Update T22 at the nodes, e11 the mean of the two edges, and the belts. Eqs. (2.3), (2.9).
+
+    Of a node that has passed the axis the hoop is turned inside out. Reads nodes, meridian.e and belts. Writes
+    meridian.tension_2 (N/m), belt_force, hoop, hoop_elastic and belt_elastic (N).
+    """
+    x, u, e, belts = nodes.x, nodes.u, meridian.e, meridian.belts
+    per_2 = side / fabric.h2
+    for i in range(ONE, ONE + lanes(n1 - 1)):
+        sign = 1.0 if x[i] >= 0.0 else -1.0
+        hoop = abs(x[i]) * per_2 - 1.0
+        rate = sign * u[i] * per_2
+        e1 = 0.5 * (e[i - ONE] + e[i])
+        across = max(e1, -fabric.relax_2 * hoop - fabric.kept)
+        hooke = fabric.c22 * hoop + fabric.c21 * across
+        elastic = max(hooke, fabric.residual * hooke)
+        tension = max(hooke + fabric.viscosity * rate, min(elastic, 0.0) + fabric.floor)
+        width = fabric.h1 * (1.0 + fabric.true_tension * across)
+        belt_hooke = belts.stiffness[i] * hoop + belts.coupling[i] * e1
+        belt = max(belt_hooke + belts.viscosity[i] * rate, 0.0)
+        inwards = side * sign
+        meridian.tension_2[i] = tension
+        meridian.belt_force[i] = belt
+        meridian.hoop[i] = inwards * (tension * width + belt)
+        meridian.hoop_elastic[i] = inwards * (elastic * width)
+        meridian.belt_elastic[i] = inwards * max(belt_hooke, 0.0)
+
+
+@kernel
 def update_areas(nodes, meridian, sin, n1):
     """Update the area vectors of the nodes. F of section 3, (2.7) for a wedge of the polygon.
 
@@ -128,9 +169,8 @@ def update_areas(nodes, meridian, sin, n1):
     the lower node of an edge (2 r0 + r1) and the upper one (r0 + 2 r1) times (dz, -dr) sin/6. Writes meridian.area (m^2).
     """
     sixth = sin / 6.0
-    top = uint64(n1)
     x, dx, dz, area_x, area_z = nodes.x, meridian.x, meridian.z, meridian.area.x, meridian.area.z
-    for i in range(ONE, top):
+    for i in range(ONE, ONE + lanes(n1)):
         lower = sixth * (3.0 * x[i] - dx[i - ONE])
         upper = sixth * (3.0 * x[i] + dx[i])
         area_x[FIRST + i] = lower * dz[i - ONE] + upper * dz[i]
@@ -138,91 +178,79 @@ def update_areas(nodes, meridian, sin, n1):
     first = sixth * (3.0 * x[0] + dx[0])
     area_x[FIRST] = first * dz[0]
     area_z[FIRST] = -first * dx[0]
-    last = sixth * (3.0 * x[top] - dx[top - ONE])
-    area_x[FIRST + top] = last * dz[top - ONE]
-    area_z[FIRST + top] = -last * dx[top - ONE]
 
 
 @kernel
-def pull_belts(belts, fabric, nodes, meridian, side):
-    """Update the belts' pull inwards on their nodes. Eq. (2.3).
+def push_meridian(nodes, meridian, work, contact, step, n1):
+    """Push the free nodes from n to n+1, the ground stopping them. Eqs. (2.8), (3.2), (3.4).
 
-    Reads meridian.belt_rows, e. Writes meridian.belt_tension (N/m), belt_force (N, its elastic part belt_elastic).
-    """
-    for k in range(meridian.belt_rows.size):
-        i = meridian.belt_rows[k]
-        sign = 1.0 if nodes.x[i] >= 0.0 else -1.0
-        e = abs(nodes.x[i]) * side / fabric.h2 - 1.0
-        across = 0.5 * (meridian.e[i - 1] + meridian.e[i])
-        hooke = belts.stiffness[i] * e + belts.coupling[i] * across
-        force = max(hooke + belts.viscosity[i] * sign * nodes.u[i] * side / fabric.h2, 0.0)
-        meridian.belt_tension[i] = force / belts.width[i]
-        meridian.belt_force[i] = side * sign * force
-        meridian.belt_elastic[i] = side * sign * max(hooke, 0.0)
-
-
-@kernel
-def push_meridian(fabric, nodes, meridian, work, contact, step, mass, side, n1):
-    """Push the free nodes from n to n+1, the ground stopping them. Eqs. (2.9), (2.8), (3.2), (3.4).
-
-    T22 stands at the nodes, e11 the mean of the two edges; of a node that has passed the axis the hoop is turned inside out.
-    Reads edges, areas, pressure and belts of meridian; mass (kg). Writes nodes; what gas, weight, ground and hoops work over the
-    means of the velocities, as if no other contact followed; meridian.tension_2 (N/m), hoop and hoop_elastic (N), mean_u, mean_w,
-    free_u, free_w (m/s), lift (N s). Returns whether some node came near to cover, cargo or axis.
+    Reads mass, edges, hoops, areas and pressure of meridian. Writes nodes; what tensions, gas, weight and ground work over the
+    means of the velocities, as if no other contact followed; meridian.mean_u, mean_w, free_u, free_w (m/s), lift (N s). Returns
+    whether some node came near to cover, cargo or axis.
     """
     x, z, u, w = nodes.x, nodes.z, nodes.u, nodes.w
-    dx, dz, e, force, on_node, belt = meridian.x, meridian.z, meridian.e, meridian.force, meridian.pressure, meridian.belt_force
-    area_x, area_z = meridian.area.x, meridian.area.z
     dt, length, ground = step.dt, step.length, contact.ground
-    weight = dt * step.gravity
     per_length = 1.0 / length
-    per_2 = side / fabric.h2
     touching = (contact.cover == 1 or contact.cargo == 1) and step.next_cover > 0.0  # else on the ground before that
     highest = step.next_cover - step.gap if touching else inf
     highest_before = step.cover - step.gap if touching else inf
     least = GAP if contact.axis == 1 else -inf
     near = 0
-    for i in range(ONE, uint64(n1)):
-        b = i - ONE
-        sign = 1.0 if x[i] >= 0.0 else -1.0
-        across = 0.5 * (e[b] + e[i])
-        hoop = abs(x[i]) * per_2 - 1.0
-        across = max(across, -fabric.relax_2 * hoop - fabric.kept)
-        hooke = fabric.c22 * hoop + fabric.c21 * across
-        elastic = max(hooke, fabric.residual * hooke)
-        tension = max(hooke + fabric.viscosity * sign * u[i] * per_2, min(elastic, 0.0) + fabric.floor)
-        inwards = side * fabric.h1 * (1.0 + fabric.true_tension * across) * sign
-        force_x = force[i] * dx[i] - force[b] * dx[b] - tension * inwards - belt[i] + on_node[i] * area_x[FIRST + i]
-        force_z = force[i] * dz[i] - force[b] * dz[b] + on_node[i] * area_z[FIRST + i]
-        per_mass = dt / mass[i]
-        new_u = u[i] + per_mass * force_x
-        free = w[i] + per_mass * force_z - weight
-        new_w = max(free, (ground - z[i]) * per_length)
+    for i in range(ONE, ONE + lanes(n1 - 1)):
+        pull_x, pull_z, _, _ = tensions_at(meridian, i)
+        gas_x, gas_z = gas_at(meridian, i)
+        mass, per_mass = meridian.mass[i], dt * meridian.per_mass[i]
+        free = mass > 0.0  # the row on the cover moves, but not by this push
+        new_u = u[i] + per_mass * (pull_x + gas_x)
+        falling = w[i] + per_mass * (pull_z + gas_z - step.gravity * mass)
+        new_w = max(falling, (ground - z[i]) * per_length)
         mean_u = 0.5 * (u[i] + new_u)
-        mean_w = 0.5 * (w[i] + new_w)
-        lift = mass[i] * (new_w - free)
-        hoop_elastic = elastic * inwards
-        work.pressure[i] += dt * (on_node[i] * (area_x[FIRST + i] * mean_u + area_z[FIRST + i] * mean_w))
-        work.gravity[i] -= weight * mass[i] * mean_w
-        work.ground[i] += lift * mean_w
-        work.elastic[i] -= dt * hoop_elastic * mean_u
-        work.viscous[i] -= dt * (tension * inwards - hoop_elastic) * mean_u
-        meridian.tension_2[i] = tension
-        meridian.hoop[i] = tension * inwards
-        meridian.hoop_elastic[i] = hoop_elastic
-        meridian.lift[i] = lift
+        mean_w = 0.5 * (w[i] + new_w) if free else 0.0
+        meridian.lift[i] = mass * (new_w - falling)
+        add_works(meridian, work, step, i, mean_u, mean_w)
         meridian.mean_u[i] = mean_u
         meridian.mean_w[i] = mean_w
         meridian.free_u[i] = new_u
         meridian.free_w[i] = new_w
         new_x = x[i] + length * new_u
         new_z = max(z[i] + length * new_w, ground)
-        near |= int(new_z > highest) | int(z[i] > highest_before) | int(new_x < least)
+        near |= int(free) & (int(new_z > highest) | int(z[i] > highest_before) | int(new_x < least))
         x[i] = new_x
         z[i] = new_z
         u[i] = new_u
         w[i] = new_w
     return near
+
+
+@kernel
+def tensions_at(meridian, i):
+    """Return the forces (N) of edges, hoops and belts on node i, outwards and up, and the elastic parts of the fabric's."""
+    b, dx, dz, force, elastic = i - ONE, meridian.x, meridian.z, meridian.force, meridian.elastic
+    pull_x = force[i] * dx[i] - force[b] * dx[b] - meridian.hoop[i]
+    pull_z = force[i] * dz[i] - force[b] * dz[b]
+    elastic_x = elastic[i] * dx[i] - elastic[b] * dx[b] - meridian.hoop_elastic[i]
+    elastic_z = elastic[i] * dz[i] - elastic[b] * dz[b]
+    return pull_x, pull_z, elastic_x, elastic_z
+
+
+@kernel
+def gas_at(meridian, i):
+    """Return the force (N) of the gas on node i, outwards and up."""
+    return meridian.pressure[i] * meridian.area.x[FIRST + i], meridian.pressure[i] * meridian.area.z[FIRST + i]
+
+
+@kernel
+def add_works(meridian, work, step, i, u, w):
+    """Add what all but contact works on node i where it moves at u, w (m/s) during the step. Reads meridian. Writes work."""
+    pull_x, pull_z, elastic_x, elastic_z = tensions_at(meridian, i)
+    gas_x, gas_z = gas_at(meridian, i)
+    elastic, belt = elastic_x * u + elastic_z * w, -meridian.belt_elastic[i] * u
+    work.pressure[i] += step.dt * (gas_x * u + gas_z * w)
+    work.gravity[i] -= step.dt * step.gravity * (meridian.mass[i] * w)
+    work.ground[i] += meridian.lift[i] * w
+    work.elastic[i] += step.dt * elastic
+    work.belts[i] += step.dt * belt
+    work.viscous[i] += step.dt * (pull_x * u + pull_z * w - elastic - belt)
 
 
 @kernel
@@ -263,47 +291,17 @@ def press_meridian(nodes, meridian, contact, step, mass, n1):
 
 
 @kernel
-def add_contact_work(nodes, meridian, work, step, mass, n1):
+def add_contact_work(nodes, meridian, work, step, n1):
     """Add the work of what changed the pushed velocities (free_u, free_w), and what the other forces work by it.
 
-    The change belongs to the step: half of it is in the means of the velocities. Writes work, meridian.mean_u, mean_w (m/s).
+    The change belongs to the step: half of it is in the means of the velocities. Writes work.
     """
-    dt, weight = step.dt, step.dt * step.gravity
     for i in range(ONE, uint64(n1)):
         jump_u, jump_w = nodes.u[i] - meridian.free_u[i], nodes.w[i] - meridian.free_w[i]
         half_u, half_w = 0.5 * jump_u, 0.5 * jump_w
-        mean_u = meridian.mean_u[i] + half_u
-        mean_w = meridian.mean_w[i] + half_w
-        gas = meridian.pressure[i] * (meridian.area.x[FIRST + i] * half_u + meridian.area.z[FIRST + i] * half_w)
-        work.pressure[i] += dt * gas
-        work.gravity[i] -= weight * mass[i] * half_w
-        work.ground[i] += meridian.lift[i] * half_w
-        work.elastic[i] -= dt * meridian.hoop_elastic[i] * half_u
-        work.viscous[i] -= dt * (meridian.hoop[i] - meridian.hoop_elastic[i]) * half_u
-        work.contact[i] += mass[i] * (jump_u * mean_u + jump_w * mean_w)
-        meridian.mean_u[i] = mean_u
-        meridian.mean_w[i] = mean_w
-
-
-@kernel
-def add_meridian_work(meridian, work, dt, n1):
-    """Add the work of the generatrix edges on the nodes at their ends, as add_edge_work does. Reads meridian. Writes work."""
-    dx, dz, mean_u, mean_w = meridian.x, meridian.z, meridian.mean_u, meridian.mean_w
-    for i in range(uint64(n1)):
-        j = i + ONE
-        closing = dt * (dx[i] * (mean_u[i] - mean_u[j]) + dz[i] * (mean_w[i] - mean_w[j]))
-        work.elastic[i] += meridian.elastic[i] * closing
-        work.viscous[i] += (meridian.force[i] - meridian.elastic[i]) * closing
-
-
-@kernel
-def add_belt_work(meridian, work, dt):
-    """Add the work of the belts on their nodes. Reads meridian. Writes work.belts, viscous."""
-    for k in range(meridian.belt_rows.size):
-        i = meridian.belt_rows[k]
-        closing = -dt * meridian.mean_u[i]
-        work.belts[i] += meridian.belt_elastic[i] * closing
-        work.viscous[i] += (meridian.belt_force[i] - meridian.belt_elastic[i]) * closing
+        add_works(meridian, work, step, i, half_u, half_w)
+        gained = jump_u * (meridian.mean_u[i] + half_u) + jump_w * (meridian.mean_w[i] + half_w)
+        work.contact[i] += meridian.mass[i] * gained
 
 
 @kernel
@@ -315,7 +313,7 @@ def raise_peaks(now, peaks, meridian, n1):
     time, most_1, most_2 = now[History.TIME], peaks[Peak.TENSION_GENERATRIX, 0], peaks[Peak.TENSION_HOOP, 0]
     tension_1, tension_2 = meridian.tension_1, meridian.tension_2
     higher_1, higher_2 = 0, 0
-    for i in range(uint64(n1)):
+    for i in range(lanes(n1)):
         higher_1 |= int(tension_1[i] > most_1)
         higher_2 |= int(tension_2[i] > most_2)
     if higher_1 != 0:
@@ -323,8 +321,8 @@ def raise_peaks(now, peaks, meridian, n1):
     if higher_2 != 0:
         raise_peak_of(peaks, Peak.TENSION_HOOP, tension_2, n1, time, 0.0)
     for k in range(meridian.belt_rows.size):
-        row = meridian.belt_rows[k]
-        raise_peak(peaks, Peak.TENSION_BELT, meridian.belt_tension[row], time, float(row))
+        row = uint64(meridian.belt_rows[uint64(k)])
+        raise_peak(peaks, Peak.TENSION_BELT, meridian.belt_force[row] / meridian.belts.width[row], time, float(row))
     return higher_1 | higher_2
 
 
@@ -345,7 +343,8 @@ def book_forces(now, meridian, columns, dt, n1):
         lift += meridian.lift[i]
         area -= min(meridian.area.z[FIRST + i], 0.0) if meridian.lift[i] > 0.0 else 0.0
     for k in range(meridian.belt_rows.size):
-        largest_belt = max(largest_belt, meridian.belt_tension[meridian.belt_rows[k]])
+        row = uint64(meridian.belt_rows[k])
+        largest_belt = max(largest_belt, meridian.belt_force[row] / meridian.belts.width[row])
     now[History.GROUND_FORCE] += columns * (lift / dt)
     now[History.GROUND_AREA] += columns * area
     now[History.TENSION_GENERATRIX] = largest_1

@@ -230,7 +230,7 @@ def add_edges(nodes, folds, sheet, cell, other, near, count):
         high_x, high_y, high_z = max(x[i], x[j]), max(y[i], y[j]), max(z[i], z[j])
         for second in range(2 * other, 2 * other + 1 + int(other // sheet.stride < sheet.rows)):
             k, m = end_of(second, sheet)
-            if i == k or i == m or j == k or j == m or of_one_face(edge, second, sheet):
+            if k == i or k == j or m == i or m == j:
                 continue
             off_x = max(min(x[k], x[m]) - high_x, low_x - max(x[k], x[m]), 0.0)
             off_y = max(min(y[k], y[m]) - high_y, low_y - max(y[k], y[m]), 0.0)
@@ -250,17 +250,6 @@ def keep(folds, pair, square, reach, near, count):
         folds.pairs[count] = pair
         folds.wake[count] = sqrt(square) - near
     return count + 1
-
-
-@kernel
-def of_one_face(edge, other, sheet):
-    """Return whether two edges are opposite ones of a face."""
-    if edge & 1 != other & 1:
-        return False
-    a, b = edge >> 1, other >> 1
-    if edge & 1:
-        return corners_of(a, sheet)[1] == b or corners_of(b, sheet)[1] == a
-    return a + sheet.stride == b or b + sheet.stride == a
 
 
 @kernel
