@@ -97,20 +97,8 @@ def edges_of(rows: int, columns: int) -> Ints:
     return np.concatenate((around, np.stack((nodes[:-1], nodes[1:]), axis=-1).reshape(-1, 2)))
 
 
-def apart(edges: Ints, corners: Ints) -> list[tuple[int, int]]:
-    """Return the pairs of edges that share neither a node nor a face."""
-    faces = [set(face.tolist()) for face in corners]
-    found = []
-    for i, first in enumerate(edges.tolist()):
-        mine = set().union(*(face for face in faces if set(first) <= face))
-        found += [
-            (i, i + 1 + k) for k, other in enumerate(edges[i + 1 :].tolist()) if not {*first} & {*other} and not {*other} <= mine
-        ]
-    return found
-
-
 def distance_of_segments(a: Floats, b: Floats, c: Floats, d: Floats) -> float:
-    """Return the distance of the segments ab and cd: between inner points where both lines are nearest there, else from an end."""
+    """Return the distance of the segments ab and cd: of inner points where both lines are nearest there, else from an end."""
     found = [
         distance_to_triangle(point, np.stack((start, end, end)))
         for point, start, end in ((a, c, d), (b, c, d), (c, a, b), (d, a, b))
@@ -123,13 +111,13 @@ def distance_of_segments(a: Floats, b: Floats, c: Floats, d: Floats) -> float:
 
 
 def near_edges(places: Floats, reach: float) -> set[tuple[tuple[int, ...], tuple[int, ...]]]:
-    """Return the pairs of edges, by their nodes, within reach of each other, but for those that share a node or a face."""
+    """Return the pairs of edges, by their nodes, within reach of each other, but for those that share a node."""
     rows, columns = places.shape[0] - 1, places.shape[1]
     edges, points = edges_of(rows, columns), places.reshape(-1, 3)
     found = set()
-    for i, k in apart(edges, triangles(places)[1]):
+    for i, k in zip(*np.triu_indices(len(edges), 1), strict=True):
         (a, b), (c, d) = edges[i], edges[k]
-        if distance_of_segments(points[a], points[b], points[c], points[d]) <= reach:
+        if not {a, b} & {c, d} and distance_of_segments(points[a], points[b], points[c], points[d]) <= reach:
             found.add((tuple(edges[i].tolist()), tuple(edges[k].tolist())))
     return found
 

@@ -454,36 +454,32 @@ def places_of(falling: Drop) -> Floats:
     return np.stack([grid_view(part, model) for part in (nodes.x, nodes.y, nodes.z)], axis=-1)
 
 
-def pierced(falling: Drop, every: int) -> tuple[int, int, Outcome]:
-    """Advance to the end; count what passes in every so-manieth step, nodes and edges, and the edges that thread a face after it."""
-    count, knots, outcome = 0, 0, Outcome.RUNNING
-    while outcome == Outcome.RUNNING:
-        _, outcome = falling.advance(most=every - 1)
-        if outcome != Outcome.RUNNING:  # the last step ends where cover and ground meet
-            break
+def pierced(falling: Drop, every: int) -> int:
+    """Advance to the last 5 mm; count what passes in every so-manieth step, nodes and edges, and what is entangled after it."""
+    count = 0
+    while falling.now(History.HEIGHT) > 5e-3:
+        falling.advance(most=every - 1)
         before = places_of(falling)
-        _, outcome = falling.advance(most=1)
-        if outcome == Outcome.RUNNING:
-            after = places_of(falling)
-            count += len(crossings(before, after)) + len(edge_crossings(before, after))
-            knots += entangled(after)
-    return count, knots, outcome
+        falling.advance(most=1)
+        after = places_of(falling)
+        count += len(crossings(before, after)) + len(edge_crossings(before, after)) + entangled(after)
+    return count
 
 
 def test_folds_of_a_whole_drop() -> None:
-    """Against the slow twin in every 20th step, beside the same drop without contact of folds: undamped, it crumples.
+    """Against the slow twins in every 20th step, beside the same drop without contact of folds: undamped, it crumples.
 
-    Passes are not for ever: a few nodes are booked as crossing in the whole drop, none is found otherwise.
-
+    Nothing passes until the last 5 mm, less than an eighth of a cell. There passes are not for ever: some fail, and are booked.
     The ledger is closed, and contact only takes.
     """
     falling, without = drop(*CRUSH), drop(*CRUSH, folds=False)
-    count, outcome = pierced(falling, 20)
-    assert outcome == Outcome.IMPACT
-    assert count <= falling.state.folds.counts[FoldCount.PIERCED] <= 10
-    assert pierced(without, 20)[0] > count
-    assert falling.state.folds.penetration[0] < 0.05
+    assert pierced(falling, 20) == 0
+    assert falling.state.folds.counts[FoldCount.PIERCED] == 0
     assert falling.state.folds.counts[FoldCount.PASSES] > 100
+    assert falling.run(None, None).outcome == "impact"
+    assert falling.state.folds.counts[FoldCount.PIERCED] <= 50
+    assert falling.state.folds.penetration[0] < 0.01
+    assert pierced(without, 20) > 1000
     assert abs(falling.energy_error()) < 1e-11
     assert falling.now(History.WORK_CONTACT) < 0.0
 

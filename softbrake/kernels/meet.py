@@ -325,7 +325,7 @@ def meet(nodes, edges, node, corners, breadth, length, gap, part):
 
     What is a gap apart at n stays so, what is nearer keeps that part of its distance, what is on one side stays there. slowing
     is what the speed of closing along the normal has to lose for that, at most all of it: rest is always allowed, so no energy
-    arises. 0 where nothing is to do. how: PASSES where the node passes through the face, TOUCHES where it would but for round-off.
+    arises. 0 where nothing is to do. how: PASSES where the node passes the face, or edge edge; TOUCHES where but for round-off.
     """
     end = seen_from(nodes, node, corners, breadth, 0.0)
     distance, rx, ry, rz, weights, presses = nearest(edges, end)
@@ -358,9 +358,9 @@ def meet(nodes, edges, node, corners, breadth, length, gap, part):
 
 @kernel
 def slowing_of(closing, old, there, gap, part, length):
-    """Return what a speed of closing (m/s) has to lose, so that a gap or a part of the distance old (m) at n is left at n+1.
+    """Return what a speed of closing (m/s) has to lose, for a gap to be left at n+1, or a part of the distance old (m) at n.
 
-    That which is less. there: the distance at n+1, negative beyond the face. What has come far too near rebounds by half, lest round-off decide.
+    there: the distance at n+1, negative beyond the face. What has come far too near rebounds by half, lest round-off decide.
     """
     too_fast = closing - (1.0 - part) * old / length
     if too_fast <= 0.0:

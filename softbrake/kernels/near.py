@@ -230,7 +230,7 @@ def add_edges(nodes, folds, sheet, cell, other, near, count):
         high_x, high_y, high_z = max(x[i], x[j]), max(y[i], y[j]), max(z[i], z[j])
         for second in range(2 * other, 2 * other + 1 + int(other // sheet.stride < sheet.rows)):
             k, m = end_of(second, sheet)
-            if k == i or k == j or m == i or m == j:
+            if k in (i, j) or m in (i, j):
                 continue
             off_x = max(min(x[k], x[m]) - high_x, low_x - max(x[k], x[m]), 0.0)
             off_y = max(min(y[k], y[m]) - high_y, low_y - max(y[k], y[m]), 0.0)
