@@ -7,7 +7,7 @@ from softbrake.kernels.jit import kernel
 
 GAP_PASSED = 1e-3  # of room, at which what would pass is held, if it was as far
 LEAST_GIVE = 0.01  # of a free node's: a lever shorter than a tenth of a cell would multiply impulses without bound
-BESIDE = 1e-9  # part of the cargo's radius
+BESIDE = 1e-9  # part of the cargo's radius, or of the gap kept from the cover, for round-off
 
 
 @kernel
@@ -47,16 +47,20 @@ def may_pass(nodes, contact, edges, node, corners, length):
 def part_pair(nodes, mass, blows, course, sheet, now, node, corners, weights, slowing, nx, ny, nz):
     """Take so much (m/s) from the speed at which a pair closes along the normal. Returns 1, 0 where both are held.
 
-    The impulse p, times the sum of the weights on the node and -weight on each corner, is that of 1/m = sum weight^2/m_i.
+    The impulse p, times the sum of the weights on the node and -weight on each corner, is that of 1/m = sum weight^2/m_i, with
+    what ground, cover and cargo leave of each 1/m_i where it is pushed against them.
     """
     w0, w1, w2, w3 = weights
     if sheet.columns == 1:  # both ends of the strip are one node
         w0, w1, w2, w3 = w0 + w1, 0.0, w2 + w3, 0.0
     a, b, c, d = corners
     own = w0 + w1 + w2 + w3
-    give = own * own * inverse_mass(mass, sheet, node)
-    give += w0 * w0 * inverse_mass(mass, sheet, a) + w1 * w1 * inverse_mass(mass, sheet, b)
-    give += w2 * w2 * inverse_mass(mass, sheet, c) + w3 * w3 * inverse_mass(mass, sheet, d)
+    give = 0.0
+    for other, share in ((node, own), (a, -w0), (b, -w1), (c, -w2), (d, -w3)):
+        if share != 0.0:
+            side = 1.0 if share > 0.0 else -1.0
+            freedom = freedom_of(nodes, course, sheet, other, side * nx, side * ny, side * nz)
+            give += share * share * freedom * inverse_mass(mass, sheet, other)
     if give * mass[1] < LEAST_GIVE:
         return 0
     p = slowing / give
@@ -113,13 +117,42 @@ def merge_nodes(nodes, mass, blows, course, sheet, now, node, corners):
 
 
 @kernel
+def freedom_of(nodes, course, sheet, node, nx, ny, nz):
+    """Return the part of its 1/m with which a node gives way to a push along a unit vector: less where that is against a wall.
+
+    A push against ground, cover, the cargo's side or the axis changes only the velocity along it.
+    """
+    x, y, z = nodes.x[node], nodes.y[node], nodes.z[node] - course.next_cover
+    against = 0.0
+    if nodes.z[node] <= sheet.ground:
+        against = nz
+    elif on_cover(course, sheet, x, y, z):
+        against = nz if z > 0.0 else -nz
+    elif beside_cargo(course, sheet, x, y, z):
+        against = (x * nx + y * ny) / sheet.cargo_radius
+    elif sheet.axis == 1 and x <= GAP:
+        against = nx
+    return 1.0 - min(against, 0.0) ** 2
+
+
+@kernel
+def on_cover(course, sheet, x, y, z):
+    """Return whether a node at x, y, and z above the cover (m) lies on it."""
+    return sheet.cover == 1 and abs(z) <= (1.0 + BESIDE) * course.gap and x * x + y * y < sheet.cover_radius**2
+
+
+@kernel
+def beside_cargo(course, sheet, x, y, z):
+    """Return whether a node at x, y, and z above the cover (m) lies at the cargo's side, or on it."""
+    beside = x * x + y * y <= ((1.0 + BESIDE) * sheet.cargo_radius) ** 2
+    return sheet.cargo == 1 and beside and 0.0 < z <= sheet.cargo_height + course.gap
+
+
+@kernel
 def is_pressed(nodes, course, sheet, node):
     """Return whether a node lies on the cover, or on the cargo or at its side."""
     x, y, z = nodes.x[node], nodes.y[node], nodes.z[node] - course.next_cover
-    on_cover = sheet.cover == 1 and abs(z) <= course.gap and x * x + y * y < sheet.cover_radius**2
-    beside = x * x + y * y <= ((1.0 + BESIDE) * sheet.cargo_radius) ** 2
-    on_cargo = sheet.cargo == 1 and beside and 0.0 < z <= sheet.cargo_height + course.gap
-    return on_cover or on_cargo
+    return on_cover(course, sheet, x, y, z) or beside_cargo(course, sheet, x, y, z)
 
 
 @kernel
