@@ -47,6 +47,7 @@ ONE_COLUMN = ("axisymmetric", "lumped")  # fidelities whose arrays hold the gene
 LUMPED_STEPS = 2000  # in which the cargo would fall the shell's height at its first velocity
 WEIGHINGS = 4
 PAIRS_PER_NODE = 0.25  # near one another, of folds, to begin with
+BY_PAIR = ("pairs", "wake", "awake", "contacts")  # arrays of `Folds` with room for the pairs
 PLEATS = 64  # the same of a meridian, all of whose segments may lie on one another
 FREE = 1  # first free node of a meridian
 CELLS_OF_TWO = 25_000  # least of a grid whose steps two threads share; smaller ones would not win the compilation back soon
@@ -212,7 +213,8 @@ def build_folds(nodes: int, rows: int, columns: int, pairs: float) -> Folds:
     return Folds(
         pairs=np.zeros(room, np.int64),
         wake=np.zeros(room),
-        contacts=np.zeros((room, 9)),
+        awake=np.zeros(room, np.int64),
+        contacts=np.zeros((room, 10)),
         path=np.zeros(nodes),
         step=np.zeros(nodes),
         margin=np.full(nodes, -1.0),  # used up
@@ -224,7 +226,8 @@ def build_folds(nodes: int, rows: int, columns: int, pairs: float) -> Folds:
         normal_z=np.zeros(nodes),
         blocks=np.zeros((blocks, len(Box))),
         order=np.arange(blocks),
-        inside=np.zeros((BLOCK + 1) * BLOCK, np.int64),
+        cells=np.zeros(2 * (BLOCK + 1) * BLOCK, np.int64),
+        boxes=np.zeros((2 * (BLOCK + 1) * BLOCK + 1, len(Box))),
         stamp=np.zeros(nodes, np.int64),
         counts=np.zeros(len(FoldCount), np.int64),
         penetration=np.zeros(1),
@@ -234,8 +237,8 @@ def build_folds(nodes: int, rows: int, columns: int, pairs: float) -> Folds:
 def with_room(folds: Folds) -> Folds:
     """Return the arrays of the contact of folds with room for twice as many pairs, and those there are."""
     folds.counts[FoldCount.CRAMPED] = 0
-    wake, contacts = (np.concatenate((part, np.zeros_like(part))) for part in (folds.wake, folds.contacts))
-    return folds._replace(pairs=np.concatenate((folds.pairs, np.zeros_like(folds.pairs))), wake=wake, contacts=contacts)
+    more = {name: np.concatenate((part, np.zeros_like(part))) for name, part in folds._asdict().items() if name in BY_PAIR}
+    return folds._replace(**more)
 
 
 def build_sweep(model: Model, folds: bool = False) -> Sweep:

@@ -300,10 +300,14 @@ class Work(NamedTuple):
 class Folds(NamedTuple):
     """Nodes and faces of the shell near one another, and the search for them."""
 
-    pairs: Ints  # (capacity,), node times 2^32 plus the face's lower left node; those awake in front
-    wake: Floats  # m, (capacity,), travel of node and face at which a pair is to be looked at again
-    contacts: Floats  # (capacity, 9), of those awake at n: unit vector from face to node, the corners' weights, speed of closing
-    # allowed (m/s), and how far the face's nearest corner is along the vector (m, negative; inf where the two touch)
+    pairs: Ints  # (capacity,), node times 2^32 plus the face's lower left node, or edges: see kernels.meet
+    wake: Floats  # m, (capacity,), travel of node and face, or of both edges, at which a pair is to be looked at again
+    awake: Ints  # (capacity,), the pairs that may meet in this step, by slot: nodes and faces from the front, edges from the end
+    contacts: (
+        Floats  # (capacity, 10), of those awake, by slot, at n: unit vector to the node from face or edge, the corners' weights,
+    )
+    # speed of closing allowed (m/s), how far face or edge reach along the vector (m, negative; inf where the two touch), speed
+    # of closing with the space under the cover (m/s)
     path: Floats  # m, (nodes,), travelled since the last search
     step: Floats  # m, (nodes,), in this step
     margin: Floats  # m, (nodes,), that may be travelled until the next search
@@ -315,7 +319,8 @@ class Folds(NamedTuple):
     normal_z: Floats
     blocks: Floats  # (blocks, len(Box))
     order: Ints  # (blocks,), by lower x
-    inside: Ints  # (nodes of a block,), scratch
+    cells: Ints  # (cells of two blocks,), scratch
+    boxes: Floats  # (cells of two blocks and one, len(Box)), scratch
     stamp: Ints  # (nodes,), pass in which a node was last pushed
     counts: Ints  # (len(FoldCount),)
     penetration: Floats  # (1,), largest so far, over the unloaded cell
