@@ -73,7 +73,7 @@ def shell_sheet(model, touching):
 def meridian_sheet(model, course):
     """Return the Sheet of a meridian in the step."""
     contact, edge = model.contact, model.fabric.h1
-    touching = (contact.cover == 1 or contact.cargo == 1) and course.next_cover > 0.0
+    touching = (contact.cover == 1 or contact.cargo == 1) and course.next_cover > course.gap
     return sheet_of(model, 1, 1, 0, 0.5 * edge, edge, touching, contact.axis)
 
 

@@ -81,7 +81,7 @@ def sweep_rows(model, state, sweep, halves, half, parting):
     gas_on_cover = pressure * model.cover_area
     gravity, contact, sectors = model.gravity, model.contact, model.sector.copies
     step = foresee(now, nodes.w[uint64(n1) * stride + FIRST], gravity, model.sector, dt, length)
-    touching = (contact.cover == 1 or contact.cargo == 1) and step.next_cover > 0.0  # else it is on the ground before that
+    touching = (contact.cover == 1 or contact.cargo == 1) and step.next_cover > step.gap  # else it is on the ground before that
     on_nodes[:] = pressure
     height = 0.0
     clear_row(force_above)
