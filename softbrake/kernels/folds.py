@@ -130,12 +130,14 @@ def add_travel(nodes, folds, sheet, length):
     Writes folds.step, path, face_step, face_path.
     """
     u, v, w, path, step, margin = nodes.u, nodes.v, nodes.w, folds.path, folds.step, folds.margin
-    used_up = 0
-    for a in range(uint64(path.size)):
-        way = SLACK * length * sqrt(u[a] * u[a] + v[a] * v[a] + w[a] * w[a])
-        step[a] = way
-        path[a] += way
-        used_up |= int(path[a] > margin[a])
+    used_up, count = 0, uint64(sheet.columns + int(sheet.columns > 1))
+    for i in range(uint64(sheet.rows + 1)):
+        start = i * uint64(sheet.stride) + uint64(sheet.first)
+        for a in range(start, start + count):
+            way = SLACK * length * sqrt(u[a] * u[a] + v[a] * v[a] + w[a] * w[a])
+            step[a] = way
+            path[a] += way
+            used_up |= int(path[a] > margin[a])
     if folds.counts[FoldCount.PAIRS] > 0:
         update_faces(folds, sheet)
     return used_up > 0
@@ -143,7 +145,7 @@ def add_travel(nodes, folds, sheet, length):
 
 @kernel
 def update_faces(folds, sheet):
-    """Write the largest path and step of the corners of each face, by its lower left one; rows end in copies."""
+    """Write the largest path and step of the corners of each face, by its lower left one; rows end in copies, and padding."""
     path, step, face_path, face_step = folds.path, folds.step, folds.face_path, folds.face_step
     above, right = uint64(sheet.stride), uint64(sheet.columns > 1)
     for a in range(uint64(path.size) - above - right):
