@@ -18,7 +18,7 @@ from collections.abc import Iterable, Iterator
 from copy import deepcopy
 from pathlib import Path
 from resource import RUSAGE_CHILDREN, getrusage
-from statistics import median
+from statistics import median, quantiles
 from time import perf_counter, process_time
 from typing import Any
 
@@ -37,7 +37,7 @@ from softbrake.drop import Diverged, Drop
 from softbrake.kernels.course import STEPS_PER_STEP_CHOICE
 from softbrake.kernels.timestep import stable_step
 from softbrake.results import read_summary
-from softbrake.state import Floats, History, Outcome
+from softbrake.state import Floats, History, Outcome, State
 
 BASELINE = Path(__file__).with_name("baseline.json")
 FALLEN = 1.5  # times the time per node and step of the baseline: a rate fallen by a third
@@ -49,6 +49,8 @@ PAPER = ROOT / "configs" / "paper.yaml"
 FLIGHT = 0.01  # s after contact: inflated, swinging, half of the hoops slack at times
 CHUNK_SECONDS = 0.1
 CHUNKS = 9
+SHORT_FLIGHT = 0.003  # s after contact, where two threads are timed
+THREADS_CHUNK, THREADS_CHUNKS = 0.01, 300  # s of one thread, shorter than what a system leaves a thread at a time
 
 Row = dict[str, Any]
 
@@ -73,8 +75,7 @@ def kernel_rate(grid: tuple[int, int], calibration: Calibration, *overrides: str
     choose_steps(drop.model, drop.state.nodes, sweep, 1)  # compiles
     for _ in range(CHUNKS):
         machine = calibration.nanoseconds()
-        for now, then in zip(arrays(drop.state), arrays(start_state), strict=True):
-            now[:] = then
+        restore(drop, start_state)
         start = process_time()
         _, outcome = drop.advance(most=most)
         rates.append(1e9 * (process_time() - start) / (nodes * most))
@@ -95,6 +96,43 @@ def kernel_rate(grid: tuple[int, int], calibration: Calibration, *overrides: str
         "ratio_to_calibration": median(ratios),
         "step_choice_share": median(choices) / (STEPS_PER_STEP_CHOICE * rate),
     }
+
+
+def thread_gain(grid: tuple[int, int]) -> Row:
+    """Measure a step by one thread and by two, in turn, by the wall; only with two cores that nobody else wants is it what it is.
+
+    The lower deciles, of many short chunks, are the nearest to that on a busy machine.
+    """
+    generatrix, hoop = grid
+    drop = Drop(paper(f"grid.generatrix={generatrix}", f"grid.hoop={hoop}"))
+    while drop.now(History.TIME) < SHORT_FLIGHT:
+        drop.advance(SHORT_FLIGHT)
+    start_state = deepcopy(drop.state)
+    most = max(round(THREADS_CHUNK / (8e-9 * (generatrix + 1) * hoop)), 2)
+    seconds: dict[int, list[float]] = {1: [], 2: []}
+    for _ in range(THREADS_CHUNKS):
+        for drop.threads, found in seconds.items():
+            drop.paused = 0
+            restore(drop, start_state)
+            start = perf_counter()
+            drop.advance(most=most)
+            found.append((perf_counter() - start) / most)
+    one, two = (1e6 * quantiles(found, n=10)[0] for found in seconds.values())
+    return {
+        "grid": f"{generatrix} x {hoop}",
+        "us_a_step_by_one": 1e6 * median(seconds[1]),
+        "by_two": 1e6 * median(seconds[2]),
+        "median_gain": median(alone / helped for alone, helped in zip(*seconds.values(), strict=True)),
+        "us_by_one_lower_decile": one,
+        "by_two_lower_decile": two,
+        "gain_of_lower_deciles": one / two,
+    }
+
+
+def restore(drop: Drop, state: State) -> None:
+    """Set a drop back to a copy of its state."""
+    for now, then in zip(arrays(drop.state), arrays(state), strict=True):
+        now[:] = then
 
 
 def beside_yardstick(folder: Path, grid: tuple[int, int], calibration: Calibration) -> Row:
@@ -257,6 +295,9 @@ def main() -> None:
         "whole_drop": show(console, "The paper's drop with its result file", drops),
         "batch": show(console, "Axisymmetric drops at once, 36 cells", batches),
     }
+    if not options.short:
+        gains = (thread_gain(grid) for grid in ((125, 200), (144, 360), (288, 720)))
+        report["threads"] = show(console, "A step by one thread and by two (wall time)", gains)
     if options.yardstick is not None:
         beside = [beside_yardstick(options.yardstick, grid, calibration) for grid in (small, (144, 360))]
         report["yardstick"] = show(console, "Beside the C step (CPU time)", beside)

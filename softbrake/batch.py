@@ -6,7 +6,6 @@ each take a second to start and to load the kernels, for the same rate. Python's
 
 from __future__ import annotations
 
-import os
 import threading
 from collections import deque
 from collections.abc import Iterable, Iterator
@@ -19,7 +18,7 @@ from typing import NamedTuple
 import numpy as np
 
 from softbrake.case import Case
-from softbrake.drop import NEVER, Diverged, Drop
+from softbrake.drop import NEVER, Diverged, Drop, cores
 from softbrake.ladder import climb, reached
 from softbrake.state import Floats, Outcome
 from softbrake.summary import Summary
@@ -85,8 +84,3 @@ def run_one(case: Case, histories: bool = False, stop: threading.Event | None = 
     except (ValueError, MemoryError) as error:
         return Dropped(None, str(error) or "not enough memory", None)
     return Dropped(replace(summary, wall_seconds=perf_counter() - started), fault, np.concatenate(rows) if histories else None)
-
-
-def cores() -> int:
-    """Number of cores that this process may use."""
-    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1

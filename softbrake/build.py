@@ -10,7 +10,9 @@ from softbrake.case import Case
 from softbrake.state import (
     BLOCK,
     PAD,
+    Belt,
     Belts,
+    Books,
     Box,
     ByColumn,
     ByRow,
@@ -21,6 +23,7 @@ from softbrake.state import (
     Floats,
     FoldCount,
     Folds,
+    Halves,
     History,
     Lobes,
     Meridian,
@@ -36,6 +39,7 @@ from softbrake.state import (
     State,
     Sweep,
     Top,
+    Turn,
     Work,
 )
 
@@ -43,8 +47,10 @@ ONE_COLUMN = ("axisymmetric", "lumped")  # fidelities whose arrays hold the gene
 LUMPED_STEPS = 2000  # in which the cargo would fall the shell's height at its first velocity
 WEIGHINGS = 4
 PAIRS_PER_NODE = 0.25  # near one another, of folds, to begin with
+BY_PAIR = ("pairs", "wake", "awake", "contacts")  # arrays of `Folds` with room for the pairs
 PLEATS = 64  # the same of a meridian, all of whose segments may lie on one another
 FREE = 1  # first free node of a meridian
+CELLS_OF_TWO = 25_000  # least of a grid whose steps two threads share; smaller ones would not win the compilation back soon
 SLIVER = 1e-3  # least part of a belt that a row carries, of what the row with most of it does
 
 
@@ -207,7 +213,8 @@ def build_folds(nodes: int, rows: int, columns: int, pairs: float) -> Folds:
     return Folds(
         pairs=np.zeros(room, np.int64),
         wake=np.zeros(room),
-        contacts=np.zeros((room, 9)),
+        awake=np.zeros(room, np.int64),
+        contacts=np.zeros((room, 10)),
         path=np.zeros(nodes),
         step=np.zeros(nodes),
         margin=np.full(nodes, -1.0),  # used up
@@ -219,7 +226,8 @@ def build_folds(nodes: int, rows: int, columns: int, pairs: float) -> Folds:
         normal_z=np.zeros(nodes),
         blocks=np.zeros((blocks, len(Box))),
         order=np.arange(blocks),
-        inside=np.zeros((BLOCK + 1) * BLOCK, np.int64),
+        cells=np.zeros(2 * (BLOCK + 1) * BLOCK, np.int64),
+        boxes=np.zeros((2 * (BLOCK + 1) * BLOCK + 1, len(Box))),
         stamp=np.zeros(nodes, np.int64),
         counts=np.zeros(len(FoldCount), np.int64),
         penetration=np.zeros(1),
@@ -229,8 +237,8 @@ def build_folds(nodes: int, rows: int, columns: int, pairs: float) -> Folds:
 def with_room(folds: Folds) -> Folds:
     """Return the arrays of the contact of folds with room for twice as many pairs, and those there are."""
     folds.counts[FoldCount.CRAMPED] = 0
-    wake, contacts = (np.concatenate((part, np.zeros_like(part))) for part in (folds.wake, folds.contacts))
-    return folds._replace(pairs=np.concatenate((folds.pairs, np.zeros_like(folds.pairs))), wake=wake, contacts=contacts)
+    more = {name: np.concatenate((part, np.zeros_like(part))) for name, part in folds._asdict().items() if name in BY_PAIR}
+    return folds._replace(**more)
 
 
 def build_sweep(model: Model, folds: bool = False) -> Sweep:
@@ -241,7 +249,9 @@ def build_sweep(model: Model, folds: bool = False) -> Sweep:
     return Sweep(
         generatrix=Edges(*_rows(2, stride, Edges._fields)),
         hoop=Edges(*_rows(3, stride, Edges._fields)),
-        belt=Edges(*_rows(1, stride, Edges._fields)),
+        belt=Belt(*_rows(1, stride, Belt._fields)),
+        tension_1=_rows(1, stride, ("tension_1",))[0],
+        tension_2=_rows(1, stride, ("tension_2",))[0],
         cells=Cells(*_rows(2, stride, Cells._fields)),
         force=Rows(*_rows(1, stride, Rows._fields)),
         force_above=Rows(*_rows(1, stride, Rows._fields)),
@@ -254,6 +264,26 @@ def build_sweep(model: Model, folds: bool = False) -> Sweep:
         by_column=ByColumn(*_rows(1, lanes, ByColumn._fields)),
         by_row=_by_row(model),
         parting=Parting(Nodes(*before), Rows(*free), np.zeros(2)),
+        halves=build_halves(model) if in_halves(model.n1, model.n2) else None,
+    )
+
+
+def in_halves(n1: int, n2: int) -> bool:
+    """Return whether steps of a grid are taken in two halves: by its cells alone, lest answers hang on the machine."""
+    return n1 * n2 >= CELLS_OF_TWO
+
+
+def build_halves(model: Model) -> Halves:
+    """Return what the two halves of a shell's rows share."""
+    lanes = _lanes(model.n2)
+    return Halves(
+        turn=np.full(1, Turn.ALONE),
+        seam=Nodes(*_rows(2, model.stride, Nodes._fields)),
+        books=Books(
+            Work(*_rows(1, lanes, Work._fields)),
+            ByColumn(*_rows(1, lanes, ByColumn._fields)),
+            *(Top(*_rows(1, lanes, Top._fields)) for _ in range(3)),
+        ),
     )
 
 

@@ -644,7 +644,7 @@ def warmup() -> None:
         from softbrake.drop import compile_kernels
         from softbrake.kernels.jit import CACHE_FOLDER
 
-        typer.echo(f"compiling kernels ({COMPILING}), or loading those compiled before ...", err=True)
+        typer.echo("compiling kernels (1 to 3 minutes), or loading those compiled before ...", err=True)
         start = perf_counter()
         compile_kernels(report=lambda name: typer.echo(f"  {name}", err=True))
     typer.echo(f"{perf_counter() - start:.1f} s; kernels are in {CACHE_FOLDER}")

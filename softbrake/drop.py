@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import math
+import os
 import sys
 import time
 from collections.abc import Callable, Iterable
+from concurrent.futures import ThreadPoolExecutor
 from functools import cached_property
 from pathlib import Path
 from typing import NamedTuple
@@ -14,12 +16,14 @@ import numpy as np
 
 from softbrake import __version__
 from softbrake.build import (
+    CELLS_OF_TWO,
     ONE_COLUMN,
     build_meridian,
     build_model,
     build_state,
     build_sweep,
     grid_view,
+    in_halves,
     initial_energy,
     whole_model,
     whole_nodes,
@@ -29,6 +33,7 @@ from softbrake.case import Case, damping_ratio, parse_case, starter
 from softbrake.interrupt import held_interrupt
 from softbrake.kernels.course import FABRIC_GAIN, energy_given
 from softbrake.kernels.fields import sample_fields
+from softbrake.kernels.halves import HELP
 from softbrake.kernels.jit import PACKAGE, hash_sources
 from softbrake.kernels.lumped import advance_lumped
 from softbrake.kernels.meridian import advance_meridian, stable_step_of_meridian
@@ -38,14 +43,22 @@ from softbrake.kernels.step import advance
 from softbrake.kernels.timestep import stable_step
 from softbrake.relax import TOLERANCE, Relaxation, relax
 from softbrake.results import ResultFile
-from softbrake.state import PAD, Floats, FoldCount, History, Meridian, Model, Nodes, Outcome, Peak, State, Sweep
+from softbrake.state import PAD, Floats, FoldCount, History, Meridian, Model, Nodes, Outcome, Peak, State, Sweep, Turn
 from softbrake.summary import LARGEST_GAIN, ModelUsed, Summary, Work
 from softbrake.summary import Peak as PeakFound
 
 KERNELS = {"full": advance, "sector": advance, "axisymmetric": advance_meridian, "lumped": advance_lumped}
-ALL_KERNELS = (*((fidelity, False) for fidelity in KERNELS), ("full", True), ("axisymmetric", True))  # True: folds in contact
+ALL_KERNELS = (  # fidelity; whether folds are in contact; whether steps are taken in two halves
+    *((fidelity, False, False) for fidelity in KERNELS),
+    ("full", True, False),
+    ("axisymmetric", True, False),
+    ("full", False, True),
+    ("full", True, True),
+)
 NODE_STEPS_PER_CHUNK = 2_000_000  # about 0.1 s between chances for progress and Ctrl-C
 HISTORY_ROWS = 4096
+UNCROWDED = 0.85  # of two cores that two threads have in a chunk, where nobody else wants one
+LONGEST_PAUSE = 63  # chunks without a second thread after one that was crowded
 VISCOUS = 1.5  # times longer would the stable step be without viscosity: then that is its limit
 CLOCK = time.perf_counter if sys.platform == "win32" else time.thread_time  # Windows counts CPU time by 16 ms, drops take 1
 NEVER = 2**62  # steps between rows of a history that nobody reads
@@ -82,26 +95,37 @@ class NotInflated(Exception):
     """The shell found no shape of rest; the message says how far it came and the likely cause."""
 
 
-def kernels_of(cases: Iterable[Case], every: bool = False) -> set[tuple[str, bool]]:
-    """Return which of ALL_KERNELS runs of cases, or of every fidelity, need."""
-    asked = {
-        (fidelity, "folds" in case.contact)
-        for case in cases
-        for fidelity in (KERNELS if every or case.tolerance is not None else [case.model.fidelity])
-    }
-    return {(fidelity, folds and (fidelity, True) in ALL_KERNELS) for fidelity, folds in asked}
+def cores() -> int:
+    """Number of cores that this process may use."""
+    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 
 
-def compile_kernels(wanted: Iterable[tuple[str, bool]] = ALL_KERNELS, report: Callable[[str], None] = lambda _: None) -> None:
-    """Compile, or load, the kernels of fidelities, each without or with contact of folds, and those of pictures and disturbances.
+def kernels_of(cases: Iterable[Case], every: bool = False) -> set[tuple[str, bool, bool]]:
+    """Return which of ALL_KERNELS runs of cases, or of every fidelity, need; grids of a climb count as small."""
+    wanted = set()
+    for case in cases:
+        climbs, grid = every or case.tolerance is not None, case.grid
+        for fidelity in KERNELS if climbs else [case.model.fidelity]:
+            shell = not climbs and fidelity not in ONE_COLUMN
+            halves = shell and in_halves(grid.generatrix, case.model.sector or grid.hoop)
+            name, folds = "full" if halves else fidelity, "folds" in case.contact
+            wanted.add((name, folds and (name, True, halves) in ALL_KERNELS, halves))
+    return wanted
+
+
+def compile_kernels(
+    wanted: Iterable[tuple[str, bool, bool]] = ALL_KERNELS, report: Callable[[str], None] = lambda _: None
+) -> None:
+    """Compile, or load, some of ALL_KERNELS, and those of pictures and disturbances.
 
     report: told the name of each before.
     """
-    for fidelity, folds in wanted:
-        report(f"{fidelity}, folds" if folds else fidelity)
+    for fidelity, folds, halves in wanted:
+        report(fidelity + ", folds" * folds + ", large grid" * halves)
         sector = ["model.sector=15"] if fidelity == "sector" else []
+        grid = [f"grid={{generatrix: 100, hoop: {-(-CELLS_OF_TWO // 100)}}}"] if halves else []
         contact = "contact=full" if folds else "contact=solid"
-        one = Drop(parse_case(starter(), "starter", [f"model.fidelity={fidelity}", *sector, contact]))
+        one = Drop(parse_case(starter(), "starter", [f"model.fidelity={fidelity}", *sector, *grid, contact]))
         one.advance(most=0)
         one.fields()
         one.disturb(0.0, 0)
@@ -124,6 +148,7 @@ def run(
     """
     drop = Drop(case)
     drop.advance(most=0)  # loads or compiles the kernels, before an older result file is replaced
+    drop.threads = min(cores(), 2)
     if disturbed is not None:
         drop.disturb(*disturbed)
     if results is None:
@@ -146,6 +171,8 @@ class Drop:
         self.history: Floats = np.empty((HISTORY_ROWS, len(History)))
         self.interval = case.output.history_interval  # steps between rows of the history
         self.most = max(NODE_STEPS_PER_CHUNK // ((self.model.n1 + 1) * self.model.n2), 1)  # steps of a chunk
+        self.threads = 1  # 2: another one takes half of each step, where the grid is worth it; no digit hangs on it
+        self.paused = self._pause = 0  # chunks without a second thread: left, and in all, since the last with one was crowded
         self.kernel_seconds = 0.0
         if case.initial == "inflated" and case.model.fidelity != "lumped":  # gas alone has no shape
             self.inflate()
@@ -175,8 +202,36 @@ class Drop:
         """Advance to a time (s) or by a number of steps, and no further than one block of history rows.
 
         Returns the new rows, a view that the next call overwrites, and the outcome: RUNNING where it only paused.
-        Adds to kernel_seconds, CPU seconds of this thread.
+        Adds to kernel_seconds, CPU seconds of all threads.
         """
+        if self.threads == 1 or self.paused > 0 or not isinstance(self.sweep, Sweep) or self.sweep.halves is None:
+            self.paused = max(self.paused - 1, 0)
+            return self._advance(until, most)
+        turn, start, before = self.sweep.halves.turn, time.perf_counter(), self.kernel_seconds
+        with ThreadPoolExecutor(1) as helper:
+            try:
+                turn[0] = Turn.FREE
+                helping = helper.submit(self._help)
+                advanced = self._advance(until, most)
+            finally:
+                turn[0] = Turn.ALONE
+        self.kernel_seconds += helping.result()
+        crowded = self.kernel_seconds - before < UNCROWDED * 2.0 * (time.perf_counter() - start)
+        self.paused = self._pause = min(2 * self._pause + 1, LONGEST_PAUSE) if crowded else 0
+        return advanced
+
+    def _help(self) -> float:
+        """Sweep lower halves for another thread until there will be none; return CPU seconds."""
+        start = CLOCK()
+        advance(self.model, self.state, self._second_sweep, self.history, 1, HELP, math.inf)
+        return CLOCK() - start
+
+    @cached_property
+    def _second_sweep(self) -> Sweep:
+        first: Sweep = self.sweep  # type: ignore[assignment]
+        return build_sweep(self.model)._replace(parting=first.parting, halves=first.halves)
+
+    def _advance(self, until: float, most: int) -> tuple[Floats, Outcome]:
         start = CLOCK()
         kernel = KERNELS[self.case.model.fidelity]
         interval, last = self.interval, int(self.state.steps[0]) + most
@@ -284,7 +339,8 @@ class Drop:
     @cached_property
     def _whole_sweep(self) -> Sweep:
         """Scratch for pictures; that of the steps does where it is of the whole shell, since nothing in it outlives a step."""
-        return self.sweep if self.case.model.fidelity == "full" else build_sweep(self._whole_model)  # type: ignore[return-value]
+        scratch: Sweep = self.sweep if self.case.model.fidelity == "full" else build_sweep(self._whole_model)  # type: ignore[assignment]
+        return scratch._replace(halves=None)
 
     def fields(self) -> dict[str, Floats]:
         """Return stretches and tensions (N/m) at the nodes of the whole shell, each (n1+1, cells around the hoop)."""

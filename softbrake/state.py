@@ -136,6 +136,15 @@ class Scheme(IntEnum):
     CELL = 1
 
 
+class Turn(IntEnum):
+    """Values of `Halves.turn`: whose the lower half of a step is."""
+
+    FREE = 0  # of nobody
+    OPEN = 1  # on offer
+    TAKEN = 2  # of the thread that helps
+    ALONE = 3  # of the thread that takes the steps, now and later
+
+
 class Fabric(NamedTuple):
     """Constants of Eq. (2.9) on the grid."""
 
@@ -291,10 +300,14 @@ class Work(NamedTuple):
 class Folds(NamedTuple):
     """Nodes and faces of the shell near one another, and the search for them."""
 
-    pairs: Ints  # (capacity,), node times 2^32 plus the face's lower left node; those awake in front
-    wake: Floats  # m, (capacity,), travel of node and face at which a pair is to be looked at again
-    contacts: Floats  # (capacity, 9), of those awake at n: unit vector from face to node, the corners' weights, speed of closing
-    # allowed (m/s), and how far the face's nearest corner is along the vector (m, negative; inf where the two touch)
+    pairs: Ints  # (capacity,), node times 2^32 plus the face's lower left node, or edges: see kernels.meet
+    wake: Floats  # m, (capacity,), travel of node and face, or of both edges, at which a pair is to be looked at again
+    awake: Ints  # (capacity,), the pairs that may meet in this step, by slot: nodes and faces from the front, edges from the end
+    contacts: (
+        Floats  # (capacity, 10), of those awake, by slot, at n: unit vector to the node from face or edge, the corners' weights,
+    )
+    # speed of closing allowed (m/s), how far face or edge reach along the vector (m, negative; inf where the two touch), speed
+    # of closing with the space under the cover (m/s)
     path: Floats  # m, (nodes,), travelled since the last search
     step: Floats  # m, (nodes,), in this step
     margin: Floats  # m, (nodes,), that may be travelled until the next search
@@ -306,7 +319,8 @@ class Folds(NamedTuple):
     normal_z: Floats
     blocks: Floats  # (blocks, len(Box))
     order: Ints  # (blocks,), by lower x
-    inside: Ints  # (nodes of a block,), scratch
+    cells: Ints  # (cells of two blocks,), scratch
+    boxes: Floats  # (cells of two blocks and one, len(Box)), scratch
     stamp: Ints  # (nodes,), pass in which a node was last pushed
     counts: Ints  # (len(FoldCount),)
     penetration: Floats  # (1,), largest so far, over the unloaded cell
@@ -344,11 +358,15 @@ class Edges(NamedTuple):
     x: Floats  # m, edge vector
     y: Floats
     z: Floats
-    inverse: Floats  # 1/m, of the length
     e: Floats  # elongation, stretch - 1
-    rate: Floats  # 1/s, of the elongation, at n-1/2
-    tension: Floats  # N/m, elastic and viscous
-    force: Floats  # N/m, edge force over edge length
+    force: Floats  # N/m, edge force over edge length; until the tension is known 1/m, the inverse of the length
+    elastic: Floats  # N/m, its elastic part; until then 1/s, the rate of e at n-1/2
+
+
+class Belt(NamedTuple):
+    """The belt on a row of hoop edges; each (stride,)."""
+
+    force: Floats  # N/m, belt force over edge length
     elastic: Floats  # N/m, its elastic part
 
 
@@ -436,12 +454,32 @@ class Parting(NamedTuple):
     impulse: Floats  # (2,), N s, as in Blows
 
 
+class Books(NamedTuple):
+    """What the sweep over rows books, column by column."""
+
+    work: Work
+    by_column: ByColumn
+    top_generatrix: Top
+    top_hoop: Top
+    top_belt: Top
+
+
+class Halves(NamedTuple):
+    """What the two halves of a large shell's rows share, see kernels.halves: the seam, and the books of the lower one."""
+
+    turn: Ints  # (1,), a Turn
+    seam: Nodes  # the rows on both sides of it before the step, (2*stride,)
+    books: Books  # of the lower half; its works are those of one step
+
+
 class Sweep(NamedTuple):
     """Scratch of one step, row by row; nothing in it outlives the step."""
 
     generatrix: Edges  # 2 rows
     hoop: Edges  # 3 rows
-    belt: Edges  # 1 row
+    belt: Belt
+    tension_1: Floats  # N/m, T11 of the row under way, (stride,)
+    tension_2: Floats  # N/m, T22 or N22
     cells: Cells
     force: Rows  # N, of tensions on the nodes of the row under way
     force_above: Rows  # N, on the nodes of the next row, from the cells below it
@@ -454,3 +492,4 @@ class Sweep(NamedTuple):
     by_column: ByColumn
     by_row: ByRow
     parting: Parting
+    halves: Halves | None  # None where the grid is too small to be worth two threads: kernels without them are compiled sooner

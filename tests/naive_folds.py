@@ -1,4 +1,4 @@
-"""Slow, obvious twins of the contact of folds: distances, crossings in a step, intersections of segments."""
+"""Slow, obvious twins of the contact of folds: distances, crossings in a step, what is entangled, crossing segments."""
 
 from fractions import Fraction
 
@@ -88,6 +88,90 @@ def passing_time(start: Floats, end: Floats, before: Floats, after: Floats) -> f
         if s >= 0.0 and t >= 0.0 and s + t <= 1.0:
             return float(time)
     return 2.0
+
+
+def edges_of(rows: int, columns: int) -> Ints:
+    """Return the nodes at the ends of all edges of a closed hoop, (edges, 2): around the hoop, then along the generatrix."""
+    nodes = np.arange((rows + 1) * columns).reshape(rows + 1, columns)
+    around = np.stack((nodes, np.roll(nodes, -1, axis=1)), axis=-1).reshape(-1, 2)
+    return np.concatenate((around, np.stack((nodes[:-1], nodes[1:]), axis=-1).reshape(-1, 2)))
+
+
+def distance_of_segments(a: Floats, b: Floats, c: Floats, d: Floats) -> float:
+    """Return the distance of the segments ab and cd: of inner points where both lines are nearest there, else from an end."""
+    found = [
+        distance_to_triangle(point, np.stack((start, end, end)))
+        for point, start, end in ((a, c, d), (b, c, d), (c, a, b), (d, a, b))
+    ]
+    directions = np.stack((b - a, c - d), axis=1)
+    shares, *_ = np.linalg.lstsq(directions, c - a, rcond=None)
+    if shares.min() >= 0.0 and shares.max() <= 1.0:
+        found.append(float(np.linalg.norm(directions @ shares - (c - a))))
+    return min(found)
+
+
+def near_edges(places: Floats, reach: float) -> set[tuple[tuple[int, ...], tuple[int, ...]]]:
+    """Return the pairs of edges, by their nodes, within reach of each other, but for those that share a node."""
+    rows, columns = places.shape[0] - 1, places.shape[1]
+    edges, points = edges_of(rows, columns), places.reshape(-1, 3)
+    found = set()
+    for i, k in zip(*np.triu_indices(len(edges), 1), strict=True):
+        (a, b), (c, d) = edges[i], edges[k]
+        if not {a, b} & {c, d} and distance_of_segments(points[a], points[b], points[c], points[d]) <= reach:
+            found.add((tuple(edges[i].tolist()), tuple(edges[k].tolist())))
+    return found
+
+
+def edge_crossings(old: Floats, new: Floats) -> list[tuple[int, int]]:
+    """Return the pairs of edges, as edges_of counts them, that pass each other in a step, all moving evenly."""
+    edges = edges_of(old.shape[0] - 1, old.shape[1])
+    before, after = old.reshape(-1, 3)[edges], new.reshape(-1, 3)[edges]
+    swept = np.concatenate((before, after), axis=1)
+    low, high = swept.min(axis=1), swept.max(axis=1)
+    meets = ((low[:, None] <= high) & (high[:, None] >= low)).all(axis=-1)
+    meets &= (edges[:, None, :, None] != edges[None, :, None, :]).all(axis=(2, 3))
+    return [
+        (int(i), int(k)) for i, k in np.argwhere(np.triu(meets)) if edges_pass(before[i], before[k], after[i], after[k]) <= 1.0
+    ]
+
+
+def edges_pass(first: Floats, second: Floats, first_after: Floats, second_after: Floats) -> float:
+    """Return when (0 … 1) two edges, (2, 3) each, first pass each other, moving evenly; 2 if they do not."""
+    start = np.stack((first[1] - first[0], second[0] - first[0], second[1] - second[0]))
+    end = np.stack((first_after[1] - first_after[0], second_after[0] - first_after[0], second_after[1] - second_after[0]))
+    times = np.linspace(0.0, 1.0, 4)
+    volumes = [float(np.linalg.det((1.0 - time) * start + time * end)) for time in times]
+    roots = np.roots(np.linalg.solve(np.vander(times, 4), volumes))
+    for time in sorted(root.real for root in roots if abs(root.imag) < 1e-9 and 0.0 < root.real < 1.0):
+        along, apart, other = (1.0 - time) * start + time * end
+        shares = np.linalg.lstsq(np.stack((along, -other), axis=1), apart, rcond=None)[0]
+        if shares.min() >= 0.0 and shares.max() <= 1.0:
+            return float(time)
+    return 2.0
+
+
+def entangled(places: Floats) -> int:
+    """Return how many edges thread a face: have an odd number of its triangles between their ends, so no way round its middle."""
+    parts, corners = triangles(places)
+    edges, points = edges_of(places.shape[0] - 1, places.shape[1]), places.reshape(-1, 3)
+    ends, span = points[edges], points[corners]
+    meets = ((ends.min(axis=1)[:, None] <= span.max(axis=1)) & (ends.max(axis=1)[:, None] >= span.min(axis=1))).all(axis=-1)
+    meets &= (edges[:, :, None, None] != corners[None, None]).all(axis=(1, 3))
+    edge, face = np.nonzero(meets)
+    a, b = ends[edge, 0], ends[edge, 1]
+    count = np.zeros(edge.size, int)
+    for part in range(4):
+        p, q, r = (parts[face, part, k] for k in range(3))
+        aside = volumes_of(a, p, q, r) * volumes_of(b, p, q, r) < 0.0
+        through = np.stack((volumes_of(a, b, p, q), volumes_of(a, b, q, r), volumes_of(a, b, r, p)))
+        count += aside & ((through > 0.0).all(axis=0) | (through < 0.0).all(axis=0))
+    return int((count % 2).sum())
+
+
+def volumes_of(a: Floats, b: Floats, c: Floats, d: Floats) -> Floats:
+    """Return six times the signed volumes of tetrahedra, (n,)."""
+    volumes: Floats = np.einsum("ij,ij->i", b - a, np.cross(c - a, d - a))
+    return volumes
 
 
 def side(a: Floats, b: Floats, c: Floats) -> int:

@@ -367,8 +367,9 @@ def test_warmup_leaves_nothing_to_compile(softbrake: Command, paper: Path) -> No
     assert done.exit_code == 0
     assert str(CACHE_FOLDER) in done.output
     before = {*CACHE_FOLDER.rglob("*.nbc")}
-    for fidelity, folds in ALL_KERNELS:
+    for fidelity, folds, halves in ALL_KERNELS:
         columns = ["model.sector=15"] if fidelity == "sector" else []
+        columns += ["grid={generatrix: 125, hoop: 200}", "time.end=1us"] if halves else []
         contact = f"contact={'full' if folds else 'paper'}"
         changes = [word for change in (f"model.fidelity={fidelity}", contact, *columns) for word in ("--set", change)]
         done = softbrake("run", paper, *SMALL[:2], "--set", "time.end=1ms", *changes)

@@ -14,9 +14,9 @@ from softbrake.build import build_model, build_state, build_sweep, grid_view
 from softbrake.case import load_case
 from softbrake.drop import Drop
 from softbrake.kernels.contact import GAP, press_row
-from softbrake.kernels.fabric import add_hoop_forces, update_hoop_tension
+from softbrake.kernels.fabric import update_edge_forces, update_hoop_tension
 from softbrake.kernels.fields import sample_fields
-from softbrake.kernels.geometry import update_area_vectors, update_edges
+from softbrake.kernels.geometry import clear_forces, update_area_vectors, update_edges
 from softbrake.kernels.jit import kernel
 from softbrake.kernels.motion import push_row
 from softbrake.kernels.pressure import update_damped_pressure
@@ -62,11 +62,10 @@ def squeeze(model, state, sweep, start, end, lowering, steps, dt):
             middle = uint64(row) * stride + FIRST
             update_edges(nodes, h, middle - ONE, ONE, middle - ONE, n2 + 1, fabric.h2)
         update_area_vectors(g, h, area, node, FIRST, node, node + stride, FIRST, n2)
-        update_hoop_tension(fabric, h, g, node, FIRST, node, n2)
-        force.x[:] = 0.0
-        force.y[:] = 0.0
-        force.z[:] = 0.0
-        add_hoop_forces(h, force, node, n2)
+        update_hoop_tension(fabric, h, g, sweep.tension_2, node, FIRST, node, n2)
+        clear_forces(g, FIRST, n2)
+        clear_forces(g, node, n2)
+        update_edge_forces(g, h, force, node, FIRST, node, n2)
         update_damped_pressure(model.pressure, model.pressure.value, nodes, area, gas, node, n2)
         push_row(nodes, force, area, gas, sweep.mean, work, by_column, contact, course, mass, node, FIRST, n2)
         press_row(nodes, force, area, gas, sweep.mean, work, by_column, contact, course, mass, node, FIRST, n2)
@@ -102,8 +101,7 @@ def squeezed(stiffness: float, gap: float, columns: int) -> Tube:
     impulses = sweep.by_column.on_cargo[:columns], sweep.by_column.impulse[:columns]
     x, z = grid_view(nodes.x, model)[1], grid_view(nodes.z, model)[1]
     right, above = np.roll(x, -1), np.roll(z, -1)
-    first = model.stride + PAD
-    tension = sweep.hoop.tension[first : first + columns]
+    tension = sweep.tension_2[PAD : PAD + columns]
     return Tube(
         *(per_length * impulse.sum() for impulse in impulses),
         tension.mean(),

@@ -292,9 +292,9 @@ def edge_forces(law: str, e1: float, e2: float) -> tuple[float, float]:
     fabric, sweep, first = model.fabric, build_sweep(model), np.uint64(PAD)
     for edges, e, spacing in ((sweep.generatrix, e1, fabric.h1), (sweep.hoop, e2, fabric.h2)):
         edges.e[:] = e
-        edges.inverse[:] = 1 / ((1 + e) * spacing)
-    update_generatrix_tension(fabric, sweep.generatrix, sweep.hoop, first, first, first, model.n2)
-    update_hoop_tension(fabric, sweep.hoop, sweep.generatrix, first, first, first, model.n2)
+        edges.force[:] = 1 / ((1 + e) * spacing)
+    update_generatrix_tension(fabric, sweep.generatrix, sweep.hoop, sweep.tension_1, first, first, first, model.n2)
+    update_hoop_tension(fabric, sweep.hoop, sweep.generatrix, sweep.tension_2, first, first, first, model.n2)
     along = sweep.generatrix.force[PAD] * (1 + e1) * fabric.h1 / fabric.h2
     around = sweep.hoop.force[PAD] * (1 + e2) * fabric.h2 / fabric.h1
     return float(along), float(around)

@@ -22,10 +22,11 @@ from softbrake.drop import Drop
 from softbrake.kernels import fabric, pressure
 from softbrake.kernels.course import FELT, event_time
 from softbrake.kernels.fields import sample_fields
+from softbrake.kernels.geometry import clear_forces
 from softbrake.kernels.jit import NoAlias, kernel
 from softbrake.kernels.step import advance
 from softbrake.kernels.timestep import stable_step
-from softbrake.state import PAD, Cells, Edges, Floats, History, Model, Nodes, Outcome, Peak, Pressure, PressureLaw, Rows
+from softbrake.state import PAD, Belt, Cells, Edges, Floats, History, Model, Nodes, Outcome, Peak, Pressure, PressureLaw, Rows
 
 pytestmark = pytest.mark.kernels
 
@@ -157,9 +158,9 @@ def test_edges(shell: Shell) -> None:
         (whole.hoop, slice(None), edge.along_2, stretch.e2, stretch.rate_2),
     ):
         close(vectors(edges, model)[rows], vector)
-        close(grid_view(edges.inverse, model)[rows], 1.0 / naive.length(vector))
+        close(grid_view(edges.force, model)[rows], 1.0 / naive.length(vector))
         close(grid_view(edges.e, model)[rows], e)
-        close(grid_view(edges.rate, model)[rows], rate)
+        close(grid_view(edges.elastic, model)[rows], rate)
 
 
 def test_area_vectors(shell: Shell) -> None:
@@ -182,13 +183,18 @@ def test_area_vectors_are_the_gradient_of_the_enclosed_volume(shell: Shell) -> N
 
 def test_edge_tensions_and_forces(shell: Shell) -> None:
     model, cloth, (g, h, _) = shell.model, shell.model.fabric, whole_grid(shell.model, shell.nodes)
-    for i in range(model.n1):
-        fabric.update_generatrix_tension(cloth, g, h, at(model, i), at(model, i), at(model, i + 1), model.n2)
-        if i > 0:
-            fabric.update_hoop_tension(cloth, h, g, at(model, i), at(model, i - 1), at(model, i), model.n2)
     generatrix, hoop = naive.edge_tensions(cloth, shell.x, shell.v)
-    close(grid_view(g.tension, model)[:-1], generatrix.whole)
-    close(grid_view(h.tension, model)[1:-1], hoop.whole)
+    tension = np.zeros(model.stride)
+    for i in range(model.n1):
+        here, above = at(model, i), at(model, i + 1)
+        fabric.update_generatrix_tension(cloth, g, h, tension, here, here, above, model.n2)
+        close(tension[PAD : PAD + model.n2], generatrix.whole[i])
+        if i > 0:
+            fabric.update_hoop_tension(cloth, h, g, tension, here, at(model, i - 1), here, model.n2)
+            close(tension[PAD : PAD + model.n2], hoop.whole[i - 1])
+    for held in (0, model.n1):
+        clear_forces(h, at(model, held), model.n2)
+    clear_forces(g, at(model, model.n1), model.n2)
 
     def forces(g: Edges, h: Edges) -> Floats:
         # Hoops of rows 0 and n1, which are held, have no forces here, nor has row n1 of generatrix edges: it serves as row -1.
@@ -205,12 +211,13 @@ def test_edge_tensions_and_forces(shell: Shell) -> None:
 
 def test_cell_tensions_and_forces(shell: Shell) -> None:
     model, cloth, (g, h, cells) = shell.model, shell.model.fabric, whole_grid(shell.model, shell.nodes)
+    generatrix, hoop = naive.cell_tensions(cloth, shell.x, shell.v)
+    tension_1, tension_2 = np.zeros(model.stride), np.zeros(model.stride)
     for i in range(model.n1):
         here, above = at(model, i), at(model, i + 1)
-        fabric.update_cell_tension(cloth, g, h, cells, here, here, above, here, model.n2)
-    generatrix, hoop = naive.cell_tensions(cloth, shell.x, shell.v)
-    close(grid_view(g.tension, model)[:-1], generatrix.whole)
-    close(grid_view(h.tension, model)[:-1], hoop.whole)
+        fabric.update_cell_tension(cloth, g, h, cells, tension_1, tension_2, here, here, above, here, model.n2)
+        close(tension_1[PAD : PAD + model.n2], generatrix.whole[i])
+        close(tension_2[PAD : PAD + model.n2], hoop.whole[i])
 
     def forces(cells: Cells) -> Floats:
         def add(i: int, row: Rows, above: Rows) -> None:
@@ -245,10 +252,11 @@ def test_belt_tensions_and_forces(shell: Shell) -> None:
         def add(i: int, row: Rows, above: Rows) -> None:
             if i not in rows:
                 return
-            belt = Edges(*(np.zeros(model.stride) for _ in Edges._fields))
-            fabric.update_belt_tension(model.belts, i, h, g, belt, at(model, i), at(model, i - 1), at(model, i), model.n2)
-            close(belt.tension[PAD : PAD + model.n2], loads.whole[i - 1] / model.belts.width[i])
-            fabric.add_hoop_forces(belt._replace(force=getattr(belt, which)), row, at(model, 0), model.n2)
+            belt, tension = Belt(*(np.zeros(model.stride) for _ in Belt._fields)), np.zeros(model.stride)
+            here, below = at(model, i), at(model, i - 1)
+            fabric.update_belt_tension(model.belts, i, h, g, belt, tension, here, below, here, model.n2)
+            close(tension[PAD : PAD + model.n2], loads.whole[i - 1] / model.belts.width[i])
+            fabric.add_belt_forces(belt._replace(force=getattr(belt, which)), h, row, here, model.n2)
 
         return gather(model, range(model.n1), add)
 
@@ -446,7 +454,8 @@ def test_cases_differ_in_values_not_in_types() -> None:
     for drop in drops:
         drop.advance(most=2)
         drop.advance(until=1e-3)
-    assert [signature[1] for signature in advance.entry.signatures].count(typeof(drops[0].state)) == 1
+    types = typeof(drops[0].state), typeof(drops[0].sweep)
+    assert [signature[1:3] for signature in advance.entry.signatures].count(types) == 1
 
 
 def test_noalias_reaches_the_compiler() -> None:
@@ -574,10 +583,10 @@ def uniform_tensions(e1: float, e2: float, *overrides: str) -> tuple[float, floa
     drop = make_drop(*overrides)
     cloth, sweep = drop.model.fabric, drop.sweep
     for edges, e, spacing in ((sweep.generatrix, e1, cloth.h1), (sweep.hoop, e2, cloth.h2)):
-        edges.e[:], edges.rate[:], edges.inverse[:] = e, 0.0, 1.0 / (spacing * (1.0 + e))
+        edges.e[:], edges.elastic[:], edges.force[:] = e, 0.0, 1.0 / (spacing * (1.0 + e))
     row = np.uint64(PAD)
-    fabric.update_generatrix_tension(cloth, sweep.generatrix, sweep.hoop, row, row, row, drop.model.n2)
-    fabric.update_hoop_tension(cloth, sweep.hoop, sweep.generatrix, row, row, row, drop.model.n2)
+    fabric.update_generatrix_tension(cloth, sweep.generatrix, sweep.hoop, sweep.tension_1, row, row, row, drop.model.n2)
+    fabric.update_hoop_tension(cloth, sweep.hoop, sweep.generatrix, sweep.tension_2, row, row, row, drop.model.n2)
     one = sweep.generatrix.force[PAD] * cloth.h1 * (1.0 + e1) / cloth.h2
     two = sweep.hoop.force[PAD] * cloth.h2 * (1.0 + e2) / cloth.h1
     return float(one), float(two)

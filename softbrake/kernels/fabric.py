@@ -19,12 +19,12 @@ SMALLEST_STRETCH = 1e-12
 
 
 @kernel
-def update_tension(fabric, edges, others, edge, lower, upper, count, stiffness, coupling, relax, width):
+def update_tension(fabric, edges, others, tension, place, edge, lower, upper, count, stiffness, coupling, relax, width):
     """Update the tension along a row of edges. Eq. (2.9), the elongation across the mean of the four other edges around.
 
     stiffness, coupling (N/m): of tension to the elongation along and across; relax: of wrinkles; width: unloaded, of an edge (m).
-    Reads edges.e, rate, inverse at offset edge; others.e before and at offsets lower, upper.
-    Writes edges.tension (N/m), force and elastic (N/m: edge force over edge length).
+    Reads edges.e, force, elastic (1/m, 1/s) at offset edge; others.e before and at offsets lower, upper.
+    Writes tension (N/m, from place on), edges.force and elastic (N/m: edge force over edge length).
     """
     widens = width * fabric.true_tension
     for j in range(lanes(count)):
@@ -35,15 +35,15 @@ def update_tension(fabric, edges, others, edge, lower, upper, count, stiffness, 
         across = max(across, -relax * edges.e[c] - fabric.kept)
         hooke = stiffness * edges.e[c] + coupling * across
         elastic = max(hooke, fabric.residual * hooke)
-        tension = max(hooke + fabric.viscosity * edges.rate[c], min(elastic, 0.0) + fabric.floor)
-        per_length = (width + widens * across) * edges.inverse[c]
-        edges.tension[c] = tension
-        edges.force[c] = tension * per_length
+        whole = max(hooke + fabric.viscosity * edges.elastic[c], min(elastic, 0.0) + fabric.floor)
+        per_length = (width + widens * across) * edges.force[c]
+        tension[place + j] = whole
+        edges.force[c] = whole * per_length
         edges.elastic[c] = elastic * per_length
 
 
 @kernel
-def update_generatrix_tension(fabric, generatrix, hoop, edge, lower, upper, columns):
+def update_generatrix_tension(fabric, generatrix, hoop, tension, edge, lower, upper, columns):
     """Update T11 of one row of generatrix edges, Eq. (2.9), hoop edges of rows lower and upper around; see update_tension.
 
     upper  ──e22──┬──e22──
@@ -51,22 +51,22 @@ def update_generatrix_tension(fabric, generatrix, hoop, edge, lower, upper, colu
     lower  ──e22──┴──e22──
     """
     c11, c12, relax = fabric.c11, fabric.c12, fabric.relax_1
-    update_tension(fabric, generatrix, hoop, edge, lower, upper, columns, c11, c12, relax, fabric.h2)
+    update_tension(fabric, generatrix, hoop, tension, FIRST, edge, lower, upper, columns, c11, c12, relax, fabric.h2)
 
 
 @kernel
-def update_hoop_tension(fabric, hoop, generatrix, edge, below, above, columns):
+def update_hoop_tension(fabric, hoop, generatrix, tension, edge, below, above, columns):
     """Update T22 of the hoop edges from column -1 on, Eq. (2.9), generatrix edges of rows i-1/2, i+1/2; see update_tension."""
-    c22, c21, relax = fabric.c22, fabric.c21, fabric.relax_2
-    update_tension(fabric, hoop, generatrix, edge - ONE, below, above, columns + 1, c22, c21, relax, fabric.h1)
+    c22, c21, relax, place = fabric.c22, fabric.c21, fabric.relax_2, FIRST - ONE
+    update_tension(fabric, hoop, generatrix, tension, place, edge - ONE, below, above, columns + 1, c22, c21, relax, fabric.h1)
 
 
 @kernel
-def update_belt_tension(belts, row, hoop, generatrix, belt, edge, below, above, columns):
+def update_belt_tension(belts, row, hoop, generatrix, belt, tension, edge, below, above, columns):
     """Update N22 of the belt on a row of hoop edges, from column -1 on. Eq. (2.3): slack in compression, as printed there.
 
-    Reads hoop at offset edge; generatrix.e at offsets below, above. Writes belt.x, y, z (m), tension (N/m, over the belt's
-    width), force and elastic (N/m: edge force over edge length).
+    Reads hoop.e, force, elastic (1/m, 1/s: before update_hoop_tension) at offset edge; generatrix.e at offsets below, above.
+    Writes tension (N/m, over the belt's width), belt.force and elastic (N/m: edge force over edge length).
     """
     stiffness = belts.stiffness[row]
     coupling = belts.coupling[row]
@@ -76,25 +76,22 @@ def update_belt_tension(belts, row, hoop, generatrix, belt, edge, below, above, 
         c = edge + j - ONE
         a = below + j
         b = above + j
+        d = FIRST + j - ONE
         across = 0.25 * (generatrix.e[a - ONE] + generatrix.e[a] + generatrix.e[b - ONE] + generatrix.e[b])
         hooke = stiffness * hoop.e[c] + coupling * across
-        force = max(hooke + viscosity * hoop.rate[c], 0.0)
-        d = FIRST + j - ONE
-        belt.x[d] = hoop.x[c]
-        belt.y[d] = hoop.y[c]
-        belt.z[d] = hoop.z[c]
-        belt.tension[d] = force * per_width
-        belt.force[d] = force * hoop.inverse[c]
-        belt.elastic[d] = max(hooke, 0.0) * hoop.inverse[c]
+        force = max(hooke + viscosity * hoop.elastic[c], 0.0)
+        tension[d] = force * per_width
+        belt.force[d] = force * hoop.force[c]
+        belt.elastic[d] = max(hooke, 0.0) * hoop.force[c]
 
 
 @kernel
-def update_cell_tension(fabric, generatrix, hoop, cells, edge, lower, upper, cell, columns):
+def update_cell_tension(fabric, generatrix, hoop, cells, tension_1, tension_2, edge, lower, upper, cell, columns):
     """Update tensions at the centres of one row of cells from column -1 on. Eq. (3.2) as printed.
 
     Stretches and rates are means of the cell's two edges, directions the mean edge vector over the mean stretch.
-    Reads generatrix at offset edge, hoop at lower and upper. Writes cells.force_1, force_2, elastic_1, elastic_2 (N/m: corner
-    force over the sum of the two edge vectors), and, for the report, generatrix.tension, hoop.tension (N/m) at edge, lower.
+    Reads generatrix.e, elastic (1/s) at offset edge, hoop at lower and upper. Writes cells.force_1, force_2, elastic_1, elastic_2
+    (N/m: corner force over the sum of the two edge vectors), and, for the report, tension_1, tension_2 (N/m) from PAD on.
     """
     for j in range(lanes(columns + 1)):
         g = edge + j - ONE
@@ -109,16 +106,16 @@ def update_cell_tension(fabric, generatrix, hoop, cells, edge, lower, upper, cel
         hooke_2 = fabric.c22 * e2 + fabric.c21 * across_2
         elastic_1 = max(hooke_1, fabric.residual * hooke_1)
         elastic_2 = max(hooke_2, fabric.residual * hooke_2)
-        viscous_1 = 0.5 * fabric.viscosity * (generatrix.rate[g] + generatrix.rate[g + ONE])
-        viscous_2 = 0.5 * fabric.viscosity * (hoop.rate[a] + hoop.rate[b])
-        tension_1 = max(hooke_1 + viscous_1, min(elastic_1, 0.0) + fabric.floor)
-        tension_2 = max(hooke_2 + viscous_2, min(elastic_2, 0.0) + fabric.floor)
+        viscous_1 = 0.5 * fabric.viscosity * (generatrix.elastic[g] + generatrix.elastic[g + ONE])
+        viscous_2 = 0.5 * fabric.viscosity * (hoop.elastic[a] + hoop.elastic[b])
+        whole_1 = max(hooke_1 + viscous_1, min(elastic_1, 0.0) + fabric.floor)
+        whole_2 = max(hooke_2 + viscous_2, min(elastic_2, 0.0) + fabric.floor)
         per_length_1 = 0.25 * fabric.h2 / fabric.h1 * (1.0 + fabric.true_tension * across_1) / max(1.0 + e1, SMALLEST_STRETCH)
         per_length_2 = 0.25 * fabric.h1 / fabric.h2 * (1.0 + fabric.true_tension * across_2) / max(1.0 + e2, SMALLEST_STRETCH)
-        generatrix.tension[g] = tension_1
-        hoop.tension[a] = tension_2
-        cells.force_1[c] = tension_1 * per_length_1
-        cells.force_2[c] = tension_2 * per_length_2
+        tension_1[FIRST + j - ONE] = whole_1
+        tension_2[FIRST + j - ONE] = whole_2
+        cells.force_1[c] = whole_1 * per_length_1
+        cells.force_2[c] = whole_2 * per_length_2
         cells.elastic_1[c] = elastic_1 * per_length_1
         cells.elastic_2[c] = elastic_2 * per_length_2
 
@@ -162,18 +159,19 @@ def update_edge_forces(generatrix, hoop, force, above, below, row, columns):
 
 
 @kernel
-def add_hoop_forces(edges, force, edge, columns):
-    """Add the pull of a row of hoop edges, fabric or belt, to its nodes. Second difference of (2.8), dT/ds0 of (2.3).
+def add_belt_forces(belt, hoop, force, edge, columns):
+    """Add the pull of a belt to the forces on a row of nodes. dT/ds0 of (2.3).
 
-    Reads edges.x, y, z, force at offset edge. Writes force (N).
+    Reads belt.force; hoop.x, y, z at offset edge. Writes force (N).
     """
     for j in range(lanes(columns)):
+        b = FIRST + j
         c = edge + j
-        right = edges.force[c]
-        left = edges.force[c - ONE]
-        force.x[FIRST + j] += right * edges.x[c] - left * edges.x[c - ONE]
-        force.y[FIRST + j] += right * edges.y[c] - left * edges.y[c - ONE]
-        force.z[FIRST + j] += right * edges.z[c] - left * edges.z[c - ONE]
+        right = belt.force[b]
+        left = belt.force[b - ONE]
+        force.x[b] += right * hoop.x[c] - left * hoop.x[c - ONE]
+        force.y[b] += right * hoop.y[c] - left * hoop.y[c - ONE]
+        force.z[b] += right * hoop.z[c] - left * hoop.z[c - ONE]
 
 
 @kernel

@@ -12,9 +12,9 @@ from math import inf, sqrt
 
 from numba import uint64
 
-from softbrake.kernels.contact import GAP, allowed_place, jolt
+from softbrake.kernels.blows import GAP_PASSED, kept, may_pass, merge_nodes, part_pair, room
 from softbrake.kernels.jit import kernel
-from softbrake.kernels.meet import APART, PASSES, SMALLEST, closing_along, corners_of, meet, nearest_on_face, seen_from
+from softbrake.kernels.meet import APART, EDGES, PASSES, SECOND, SMALLEST, closing_along, meet, members_of, nearest, seen_from
 from softbrake.kernels.near import find_pairs
 from softbrake.state import PAD, Blows, FoldCount, Sheet
 
@@ -22,21 +22,17 @@ CUSHION = 0.02  # of an unloaded cell, kept between folds; of what is left betwe
 SPRING = 0.5  # of what a cushion is pressed in, given back in a step,
 REBOUND = 0.5  # but at no more than this part of the speed of closing: what rests in it is left there
 CUSHIONINGS = 4  # passes over the cushions
-GAP_PASSED = 1e-3  # of the same, at which what would pass is held, if it was as far
 AIM = 1.2  # of the impulse needed, after the first passes: a rebound, but fewer passes for pairs that others push back
-LAST = 0.5  # of the height of the cover, what a step leaves of it; where it leaves less, the run ends, and folds no longer meet
+LAST = 10.0  # of the gap kept from the cover: in less space above the ground, in the last few steps, folds no longer meet
 FIRM = 4  # passes that take what is needed and no more
 PUSHES = 60  # passes over what would pass a face, and as many more over a meridian; what still does then is counted
-LEAST_GIVE = 0.01  # of a free node's: a lever shorter than a tenth of a cell would multiply impulses without bound
 TINY = 1e-3  # of the cushion; nearer than this the direction from face to node says nothing
 REST = 0.1  # of an unloaded cell, margin of a node at rest in the search
 STEPS = 10.0  # steps at the present speed, margin of one that moves
 SLACK = 1.25  # on the travel before contact: blows make some nodes faster
 WIDEST, LEAST = 2.0, 0.125  # by which margins are scaled
 FEW, MANY = 0.1, 1.0  # pairs per face
-BESIDE = 1e-9  # part of the cargo's radius
 UPRIGHT = 0.1  # of an unloaded cell, that each edge climbs or goes round at least where no folds can meet
-FACE = 2**32 - 1  # bits of a pair that name the face
 
 
 @kernel
@@ -77,7 +73,7 @@ def shell_sheet(model, touching):
 def meridian_sheet(model, course):
     """Return the Sheet of a meridian in the step."""
     contact, edge = model.contact, model.fabric.h1
-    touching = (contact.cover == 1 or contact.cargo == 1) and course.next_cover > 0.0
+    touching = (contact.cover == 1 or contact.cargo == 1) and course.next_cover > course.gap
     return sheet_of(model, 1, 1, 0, 0.5 * edge, edge, touching, contact.axis)
 
 
@@ -92,7 +88,7 @@ def sheet_of(model, columns, stride, first, breadth, edge, touching, axis):
 @kernel
 def part_moved(nodes, mass, blows, folds, course, sheet):
     """Keep folds apart, while the row on the cover, which is pushed last, stands where it is foreseen. See part_folds."""
-    if folds.counts[FoldCount.DUE] == 0 or course.next_cover <= LAST * course.cover:
+    if folds.counts[FoldCount.DUE] == 0 or course.next_cover - sheet.ground <= LAST * course.gap:
         return
     top = sheet.rows * sheet.stride + sheet.first
     copies = int(sheet.columns > 1)
@@ -113,12 +109,12 @@ def part_folds(nodes, mass, blows, folds, course, sheet):
     if add_travel(nodes, folds, sheet, length) or counts[FoldCount.STALE] == 1:
         look_around(folds, nodes, sheet)
     awake = wake_pairs(nodes, folds, course, sheet)
-    if awake == 0:
+    if awake == (0, 0):
         return
     for _ in range(CUSHIONINGS):
         counts[FoldCount.PASSES] += 1
-        for k in range(awake):
-            press_cushion(nodes, mass, blows, folds, course, sheet, k)
+        for k in range(awake[0] + awake[1]):
+            press_cushion(nodes, mass, blows, folds, course, sheet, slot_of(k, awake, folds))
     tries, pushed, most = 0, 1, PUSHES if sheet.columns > 1 else 2 * PUSHES
     while pushed > 0 and tries < most:
         pushed = try_pairs(nodes, mass, blows, folds, course, sheet, awake, tries)
@@ -128,28 +124,20 @@ def part_folds(nodes, mass, blows, folds, course, sheet):
 
 
 @kernel
-def room(course, sheet):
-    """Return what cushions are a part of (m): the cell, or the space between ground and cover where that is narrower.
-
-    Cloth has no thickness to be squeezed. Cushions of fixed thickness would fill what is left under the cover, and ground and
-    cover, both rigid, would drive the cloth between them to and fro in each step anew: a force that grows as steps shrink.
-    """
-    return min(sheet.edge, course.next_cover - sheet.ground)
-
-
-@kernel
 def add_travel(nodes, folds, sheet, length):
     """Add what the nodes travel in the step (s) to their paths. Returns whether one has used up its margin.
 
     Writes folds.step, path, face_step, face_path.
     """
     u, v, w, path, step, margin = nodes.u, nodes.v, nodes.w, folds.path, folds.step, folds.margin
-    used_up = 0
-    for a in range(uint64(path.size)):
-        way = SLACK * length * sqrt(u[a] * u[a] + v[a] * v[a] + w[a] * w[a])
-        step[a] = way
-        path[a] += way
-        used_up |= int(path[a] > margin[a])
+    used_up, count = 0, uint64(sheet.columns + int(sheet.columns > 1))
+    for i in range(uint64(sheet.rows + 1)):
+        start = i * uint64(sheet.stride) + uint64(sheet.first)
+        for a in range(start, start + count):
+            way = SLACK * length * sqrt(u[a] * u[a] + v[a] * v[a] + w[a] * w[a])
+            step[a] = way
+            path[a] += way
+            used_up |= int(path[a] > margin[a])
     if folds.counts[FoldCount.PAIRS] > 0:
         update_faces(folds, sheet)
     return used_up > 0
@@ -157,13 +145,16 @@ def add_travel(nodes, folds, sheet, length):
 
 @kernel
 def update_faces(folds, sheet):
-    """Write the largest path and step of the corners of each face, by its lower left one; rows end in copies."""
+    """Write the largest path and step of the corners of each face, by its lower left one; rows end in copies, and padding."""
     path, step, face_path, face_step = folds.path, folds.step, folds.face_path, folds.face_step
     above, right = uint64(sheet.stride), uint64(sheet.columns > 1)
     for a in range(uint64(path.size) - above - right):
         b, c, d = a + right, a + above, a + above + right
         face_path[a] = max(path[a], path[b], path[c], path[d])
         face_step[a] = max(step[a], step[b], step[c], step[d])
+    for a in range(uint64(path.size) - above - right, uint64(path.size)):  # a row of nodes above all faces, each as the cover
+        face_path[a] = path[a]
+        face_step[a] = step[a]
 
 
 @kernel
@@ -197,74 +188,83 @@ def look_around(folds, nodes, sheet):
 
 @kernel
 def wake_pairs(nodes, folds, course, sheet):
-    """Put the pairs that may meet in this step in front, and write how they stand at n to folds.contacts. Returns their number.
+    """Find the pairs that may meet in this step, and write how they stand at n to folds.contacts. Returns how many of each kind.
 
-    A pair at some distance sleeps until node and face can have travelled it.
+    A pair at some distance sleeps until it can have travelled it. Slots of folds.awake and contacts are taken from the front by
+    nodes and faces, from the end by edges.
     """
-    pairs, wake, contacts = folds.pairs, folds.wake, folds.contacts
-    thick, length = CUSHION * room(course, sheet), course.length
-    awake = 0
+    pairs, wake, contacts, part = folds.pairs, folds.wake, folds.contacts, kept(course, sheet)
+    thick, length = CUSHION * room(course.next_cover, sheet), course.length
+    front, back = 0, 0
     for k in range(folds.counts[FoldCount.PAIRS]):
         pair = pairs[k]
-        node, face = pair >> 32, pair & FACE
-        travelled = folds.path[node] + folds.face_path[face]
+        travelled = travel_of(folds.path, folds.face_path, pair)
         if travelled < wake[k]:
             continue
-        start = seen_from(nodes, node, corners_of(face, sheet), sheet.breadth, length)
-        distance, x, y, z, weights = nearest_on_face(start)
-        step = folds.step[node] + folds.face_step[face]
+        edges, node, corners = members_of(pair, sheet)
+        start = seen_from(nodes, node, corners, sheet.breadth, length)
+        distance, x, y, z, weights, presses = nearest(edges, start)
+        step = travel_of(folds.step, folds.face_step, pair)
         wake[k] = travelled - step + distance - thick
         if distance > thick + step:
             continue
-        pairs[k], pairs[awake] = pairs[awake], pair
-        wake[k], wake[awake] = wake[awake], wake[k]
-        write_contact(contacts[awake], start, distance, x, y, z, weights, thick, length)
-        awake += 1
-    return awake
+        front, back = front + int(not edges), back + int(edges)
+        slot = pairs.size - back if edges else front - 1
+        folds.awake[slot] = pair
+        write_contact(contacts[slot], edges, start, distance, x, y, z, weights, presses, thick, part, length)
+    return front, back
 
 
 @kernel
-def write_contact(contact, start, distance, x, y, z, weights, thick, length):
+def slot_of(k, awake, folds):
+    """Return the slot of the k-th pair awake: nodes and faces first, for edges then often find nothing left to part."""
+    return k if k < awake[0] else folds.awake.size - 1 - (k - awake[0])
+
+
+@kernel
+def travel_of(nodes, faces, pair):
+    """Return what node and face, or two edges, travel together (m), by the ways of nodes and those of faces."""
+    if pair & EDGES == 0:
+        return nodes[pair >> 32] + faces[pair & SECOND]
+    return faces[(pair ^ EDGES) >> 33] + faces[(pair & SECOND) >> 1]
+
+
+@kernel
+def write_contact(contact, edges, start, distance, x, y, z, weights, presses, thick, part, length):
     """Write how a pair stands at n, see Folds.contacts: x, y, z (m) from the face to the node; start: corners seen from it."""
     scale = 1.0 / max(distance, SMALLEST)
     qx, qy, qz = start
-    nearest = -inf
-    for k in range(4):
+    own, nearest = 0.0, scale * (x * qx[0] + y * qy[0] + z * qz[0])
+    if edges:
+        own, nearest = min(nearest, 0.0), -inf
+    for k in range(1, 4):
         nearest = max(nearest, scale * (x * qx[k] + y * qy[k] + z * qz[k]))
-    allowed = (distance - thick) / length
+    nearest -= own
+    squeezed = (1.0 - part) * distance / length
+    allowed = (distance - thick) / length - squeezed
     contact[0], contact[1], contact[2] = scale * x, scale * y, scale * z
     contact[3], contact[4], contact[5], contact[6] = weights
-    contact[7] = allowed if allowed > 0.0 else SPRING * allowed
+    contact[7] = inf if not presses else squeezed + (allowed if allowed > 0.0 else SPRING * allowed)
     contact[8] = nearest if distance > TINY * thick else inf
+    contact[9] = squeezed
 
 
 @kernel
-def press_cushion(nodes, mass, blows, folds, course, sheet, k):
+def press_cushion(nodes, mass, blows, folds, course, sheet, slot):
     """Take from a pair what it closes faster than its cushion allows.
 
     No energy arises, since it never parts faster than it closed. Writes nodes, blows.
     """
-    contact = folds.contacts[k]
+    contact = folds.contacts[slot]
     if contact[8] == inf:
         return
-    node, corners = folds.pairs[k] >> 32, corners_of(folds.pairs[k] & FACE, sheet)
+    _, node, corners = members_of(folds.awake[slot], sheet)
     nx, ny, nz, weights = contact[0], contact[1], contact[2], (contact[3], contact[4], contact[5], contact[6])
     closing = closing_along(nodes, node, corners, weights, nx, ny, nz)
-    slowing = min(closing - contact[7], (1.0 + REBOUND) * closing)
+    slowing = min(closing - contact[7], (1.0 + REBOUND) * (closing - contact[9]))
     if slowing > 0.0:
         now = folds.counts[FoldCount.PASSES]
         part_pair(nodes, mass, blows, course, sheet, now, node, corners, weights, slowing, nx, ny, nz)
-
-
-@kernel
-def may_pass(nodes, contact, node, corners, length):
-    """Return whether a node may pass through a face in the step: not where all corners stay on their side of it, as at n."""
-    nx, ny, nz = contact[0], contact[1], contact[2]
-    fastest = 0.0
-    for a in corners:
-        closing = nx * (nodes.u[a] - nodes.u[node]) + ny * (nodes.v[a] - nodes.v[node]) + nz * (nodes.w[a] - nodes.w[node])
-        fastest = max(fastest, closing)
-    return contact[8] + length * fastest > 0.0
 
 
 @kernel
@@ -275,18 +275,19 @@ def try_pairs(nodes, mass, blows, folds, course, sheet, awake, tries):
     along the normal parts takes its common velocity, as does all that still passes in the last passes over a meridian.
     Writes nodes, blows.
     """
-    pairs, stamp, counts = folds.pairs, folds.stamp, folds.counts
+    stamp, counts = folds.stamp, folds.counts
     before = counts[FoldCount.PASSES]
     counts[FoldCount.PASSES] += 1
-    gap, pushed = GAP_PASSED * room(course, sheet), 0
-    for k in range(awake):
-        node, corners = pairs[k] >> 32, corners_of(pairs[k] & FACE, sheet)
+    gap, part, pushed = GAP_PASSED * room(course.next_cover, sheet), kept(course, sheet), 0
+    for k in range(awake[0] + awake[1]):
+        slot = slot_of(k, awake, folds)
+        edges, node, corners = members_of(folds.awake[slot], sheet)
         a, b, c, d = corners
         if tries > 0 and max(stamp[node], stamp[a], stamp[b], stamp[c], stamp[d]) < before:
             continue
-        if not may_pass(nodes, folds.contacts[k], node, corners, course.length):
+        if not may_pass(nodes, folds.contacts[slot], edges, node, corners, course.length):
             continue
-        _, how, slowing, nx, ny, nz, weights = meet(nodes, node, corners, sheet.breadth, course.length, gap)
+        _, how, slowing, nx, ny, nz, weights = meet(nodes, edges, node, corners, sheet.breadth, course.length, gap, part)
         if how == APART:
             continue
         if tries >= PUSHES or slowing <= 0.0:
@@ -299,145 +300,14 @@ def try_pairs(nodes, mass, blows, folds, course, sheet, awake, tries):
 
 
 @kernel
-def part_pair(nodes, mass, blows, course, sheet, now, node, corners, weights, slowing, nx, ny, nz):
-    """Take so much (m/s) from the speed at which a node nears a face along the normal. Returns 1, 0 where both are held.
-
-    The impulse p on the node, -weight p on each corner, is that of the masses 1/m = 1/m_node + sum weight^2/m_corner.
-    """
-    w0, w1, w2, w3 = weights
-    if sheet.columns == 1:  # both ends of the strip are one node
-        w0, w1, w2, w3 = w0 + w1, 0.0, w2 + w3, 0.0
-    a, b, c, d = corners
-    give = inverse_mass(mass, sheet, node) + w0 * w0 * inverse_mass(mass, sheet, a) + w1 * w1 * inverse_mass(mass, sheet, b)
-    give += w2 * w2 * inverse_mass(mass, sheet, c) + w3 * w3 * inverse_mass(mass, sheet, d)
-    if give * mass[1] < LEAST_GIVE:
-        return 0
-    p = slowing / give
-    px, py, pz = p * nx, p * ny, p * nz
-    for other, share in ((node, 1.0), (a, -w0), (b, -w1), (c, -w2), (d, -w3)):
-        if share != 0.0:
-            push_node(nodes, mass, blows, course, sheet, now, other, share * px, share * py, share * pz)
-    return 1
-
-
-@kernel
-def inverse_mass(mass, sheet, node):
-    """Return 1/m (1/kg) of a node, 0 of one that ground or cover holds."""
-    row = node // sheet.stride
-    return 1.0 / mass[row] if 0 < row < sheet.rows else 0.0
-
-
-@kernel
-def merge_nodes(nodes, mass, blows, course, sheet, now, node, corners):
-    """Give a node and the corners of a face one velocity, at which they neither near nor part.
-
-    That of their common centre of mass; of the cover or of the ground where these hold one of them, so that all stay there.
-    """
-    a, b, c, d = corners
-    all_mass, pu, pv, pw, held, resting, pressed = 0.0, 0.0, 0.0, 0.0, -1, False, False
-    for other in (node, a, b, c, d):
-        m = mass[other // sheet.stride]
-        all_mass, pu, pv, pw = all_mass + m, pu + m * nodes.u[other], pv + m * nodes.v[other], pw + m * nodes.w[other]
-        resting = resting or nodes.z[other] <= sheet.ground
-        pressed = pressed or is_pressed(nodes, course, sheet, other)
-        if inverse_mass(mass, sheet, other) == 0.0:
-            held = other
-    u, v, w = pu / all_mass, pv / all_mass, pw / all_mass
-    speed = (course.next_cover - course.cover) / course.length
-    if held >= 0:
-        u, v, w = 0.0, 0.0, nodes.w[held]
-    elif pressed:
-        u, v, w = 0.0, 0.0, speed
-    elif resting and w < 0.0:
-        w = 0.0
-    given = 0.0
-    for other in (node, a, b, c, d):
-        if inverse_mass(mass, sheet, other) > 0.0:
-            m = mass[other // sheet.stride]
-            pu, pv, pw = m * (u - nodes.u[other]), m * (v - nodes.v[other]), m * (w - nodes.w[other])
-            push_node(nodes, mass, blows, course, sheet, now, other, pu, pv, pw)
-            given += pw
-    if pressed or held // sheet.stride == sheet.rows:
-        blows.impulse[0] -= given
-    elif resting or held >= 0:
-        blows.impulse[1] += given
-
-
-@kernel
-def is_pressed(nodes, course, sheet, node):
-    """Return whether a node lies on the cover, or on the cargo or at its side."""
-    x, y, z = nodes.x[node], nodes.y[node], nodes.z[node] - course.next_cover
-    on_cover = sheet.cover == 1 and abs(z) <= course.gap and x * x + y * y < sheet.cover_radius**2
-    beside = x * x + y * y <= ((1.0 + BESIDE) * sheet.cargo_radius) ** 2
-    on_cargo = sheet.cargo == 1 and beside and 0.0 < z <= sheet.cargo_height + course.gap
-    return on_cover or on_cargo
-
-
-@kernel
-def push_node(nodes, mass, blows, course, sheet, now, node, pu, pv, pw):
-    """Give a node an impulse (N s) in pass `now`; cover, cargo, axis and ground have the last word on where it goes.
-
-    What a held row takes goes to blows.impulse: on the cargo, of the ground on the fabric.
-    """
-    row, column = node // sheet.stride, node % sheet.stride - sheet.first
-    if row == 0:
-        blows.impulse[1] -= pw
-    elif row == sheet.rows:
-        blows.impulse[0] += pw
-    else:
-        m = mass[row]
-        slot = row if sheet.columns == 1 else column
-        blows.stamp[node] = now
-        jolt(nodes, blows, node, slot, m, course.length, pu / m, pv / m, pw / m)
-        low = nodes.z[node] < sheet.ground or (sheet.axis == 1 and nodes.x[node] < GAP)
-        high = max(nodes.z[node] - course.next_cover, nodes.z[node] - course.length * nodes.w[node] - course.cover) > -course.gap
-        if low or high:
-            hold_node(nodes, blows, course, sheet, node, slot, m)
-        if sheet.columns > 1 and column == 0:
-            copy_node(nodes, node, node + sheet.columns)
-        if sheet.columns > 1 and column == sheet.columns - 1:
-            copy_node(nodes, node, node - sheet.columns)
-
-
-@kernel
-def hold_node(nodes, blows, course, sheet, node, slot, mass):
-    """Put a node where cover, cargo, axis and ground leave it. Writes nodes, blows."""
-    length = course.length
-    x, y, z = nodes.x[node], nodes.y[node], nodes.z[node] - course.next_cover
-    old_x, old_y = x - length * nodes.u[node], y - length * nodes.v[node]
-    old_z = nodes.z[node] - length * nodes.w[node] - course.cover
-    new_x, new_y, new_z = allowed_place(sheet, course.gap, old_x, old_y, old_z, x, y, z)
-    if new_x != x or new_y != y or new_z != z:
-        rise = (new_z - z) / length
-        jolt(nodes, blows, node, slot, mass, length, (new_x - x) / length, (new_y - y) / length, rise)
-        blows.impulse[0] -= mass * rise
-    if sheet.axis == 1 and nodes.x[node] < GAP:
-        jolt(nodes, blows, node, slot, mass, length, (GAP - nodes.x[node]) / length, 0.0, 0.0)
-    if nodes.z[node] < sheet.ground:
-        rise = (sheet.ground - nodes.z[node]) / length
-        jolt(nodes, blows, node, slot, mass, length, 0.0, 0.0, rise)
-        blows.impulse[1] += mass * rise
-
-
-@kernel
-def copy_node(nodes, node, copy):
-    """Copy a node to its place at the other end of the row."""
-    nodes.x[copy] = nodes.x[node]
-    nodes.y[copy] = nodes.y[node]
-    nodes.z[copy] = nodes.z[node]
-    nodes.u[copy] = nodes.u[node]
-    nodes.v[copy] = nodes.v[node]
-    nodes.w[copy] = nodes.w[node]
-
-
-@kernel
 def book_failure(nodes, folds, course, sheet, awake):
     """Count the pairs that pass though the passes are used up, and raise the largest penetration, over the unloaded cell."""
-    gap, length = GAP_PASSED * room(course, sheet), course.length
-    for k in range(awake):
-        node, corners = folds.pairs[k] >> 32, corners_of(folds.pairs[k] & FACE, sheet)
-        if may_pass(nodes, folds.contacts[k], node, corners, length):
-            found = meet(nodes, node, corners, sheet.breadth, length, gap)
+    gap, part, length = GAP_PASSED * room(course.next_cover, sheet), kept(course, sheet), course.length
+    for k in range(awake[0] + awake[1]):
+        slot = slot_of(k, awake, folds)
+        edges, node, corners = members_of(folds.awake[slot], sheet)
+        if may_pass(nodes, folds.contacts[slot], edges, node, corners, length):
+            found = meet(nodes, edges, node, corners, sheet.breadth, length, gap, part)
             if found[1] == PASSES:
                 folds.counts[FoldCount.PIERCED] += 1
                 folds.penetration[0] = max(folds.penetration[0], found[0] / sheet.edge)

@@ -21,7 +21,8 @@ def update_edges(nodes, edges, node, step, edge, count, spacing):
         node ──────edge──────> node + step          step: 1 around the hoop, stride along the generatrix
 
     Reads nodes; node, edge: offsets of the first node and edge; count; spacing: unloaded length (m).
-    Writes edges.x, y, z (m), inverse (1/m), e, rate (1/s, from the velocities at n-1/2).
+    Writes edges.x, y, z (m), e, and in the places of what the tension makes of them force (1/m, the inverse length) and elastic
+    (1/s, the rate of e, from the velocities at n-1/2): each row of scratch less keeps another one in the nearest cache.
     """
     x, y, z, u, v, w = nodes.x, nodes.y, nodes.z, nodes.u, nodes.v, nodes.w
     per_spacing = 1.0 / spacing
@@ -38,9 +39,9 @@ def update_edges(nodes, edges, node, step, edge, count, spacing):
         edges.x[c] = dx
         edges.y[c] = dy
         edges.z[c] = dz
-        edges.inverse[c] = inverse
+        edges.force[c] = inverse
         edges.e[c] = square * per_both - 1.0
-        edges.rate[c] = (dx * (u[b] - u[a]) + dy * (v[b] - v[a]) + dz * (w[b] - w[a])) * per_both
+        edges.elastic[c] = (dx * (u[b] - u[a]) + dy * (v[b] - v[a]) + dz * (w[b] - w[a])) * per_both
 
 
 @kernel
@@ -85,7 +86,7 @@ def update_area_vectors(generatrix, hoop, area, above, below, row, row_above, ro
 
 @kernel
 def clear_edges(edges, edge, columns):
-    """Set a row of edges from column -1 on to no length and no force: one beyond a cover. Writes edges.x, y, z, force."""
+    """Set a row of edges from column -1 on to no length and no force: one beyond a cover. Writes edges but for e."""
     for j in range(lanes(columns + 1)):
         c = edge - ONE + j
         edges.x[c] = 0.0
@@ -96,6 +97,7 @@ def clear_edges(edges, edge, columns):
 
 @kernel
 def clear_forces(edges, edge, columns):
-    """Set the forces of a row of edges from column -1 on to zero: hoops held by a cover. Writes edges.force."""
+    """Set the forces of a row of edges from column -1 on to zero: hoops held by a cover. Writes edges.force, elastic."""
     for j in range(lanes(columns + 1)):
         edges.force[edge - ONE + j] = 0.0
+        edges.elastic[edge - ONE + j] = 0.0

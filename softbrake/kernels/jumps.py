@@ -135,6 +135,7 @@ def add_jump_work(model, state, sweep, dt, length):
     if first > last:
         return
     g, h, belt, cells, mean, on_nodes = sweep.generatrix, sweep.hoop, sweep.belt, sweep.cells, sweep.mean, sweep.pressure
+    tension_1, tension_2 = sweep.tension_1, sweep.tension_2
     edge_scheme, shear, sums = model.scheme == Scheme.EDGE, fabric.g12 > 0.0, sweep.force.x
     for j in range(lanes(n2)):
         sums[j] = works_of(work, j)
@@ -148,29 +149,31 @@ def add_jump_work(model, state, sweep, dt, length):
         row, below = uint64(i % 2) * stride + FIRST, uint64((i + 1) % 2) * stride + FIRST
         hoop, hoop_above = uint64(i % 3) * stride + FIRST, uint64((i + 1) % 3) * stride + FIRST
         hoop_below = uint64((i + 2) % 3) * stride + FIRST
+        belted = first <= i <= last and belts.width[i] > 0.0
         hold_row(mean, row, n2, 0.0)
         if i <= last:
             update_edges(before, h, node + stride, ONE, hoop_above, n2, fabric.h2)
             close_edges(h, sector, hoop_above, n2)
             update_edges(before, g, node, stride, row, n2, fabric.h1)
             close_edges(g, sector, row, n2)
-            if edge_scheme:
-                update_generatrix_tension(fabric, g, h, row, hoop, hoop_above, n2)  # (2.9)
-            else:
-                update_cell_tension(fabric, g, h, cells, row, hoop, hoop_above, row, n2)
-            if shear:
-                update_shear(fabric, g, h, cells, row, hoop, hoop_above, row, n2)
+        if belted:
+            update_belt_tension(belts, i, h, g, belt, tension_2, hoop, below, row, n2)  # (2.3)
+        if i <= last and edge_scheme:
+            update_generatrix_tension(fabric, g, h, tension_1, row, hoop, hoop_above, n2)  # (2.9)
+        if first <= i <= last and edge_scheme:
+            update_hoop_tension(fabric, h, g, tension_2, hoop, below, row, n2)
+        if i <= last and not edge_scheme:
+            update_cell_tension(fabric, g, h, cells, tension_1, tension_2, row, hoop, hoop_above, row, n2)
+        if i <= last and shear:
+            update_shear(fabric, g, h, cells, row, hoop, hoop_above, row, n2)
         if first <= i <= last:
             halve_jumps(nodes, free, mean, sector, node, row, n2)
             update_area_vectors(g, h, sweep.area, row, below, hoop, hoop_above, hoop_below, n2)  # (2.7)
             if model.pressure.damping > 0.0:
                 update_damped_pressure(model.pressure, pressure, before, sweep.area, on_nodes, node, lanes(n2))  # (2.11)
             add_node_work(sweep.area, on_nodes, mean, work, dt, model.gravity * model.mass[i], row, n2)
-            if edge_scheme:
-                update_hoop_tension(fabric, h, g, hoop, below, row, n2)
-            if belts.width[i] > 0.0:
-                update_belt_tension(belts, i, h, g, belt, hoop, below, row, n2)  # (2.3)
-                add_belt_work(belt, mean, work.belts, work.viscous, row, FIRST, dt, n2)
+        if belted:
+            add_belt_work(belt, h, mean, work.belts, work.viscous, row, hoop, dt, n2)
         if i >= first and edge_scheme:
             add_edge_work(g, h, mean, work.elastic, work.viscous, below, row, hoop, dt, n2)
         if i >= first and not edge_scheme:

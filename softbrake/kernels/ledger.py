@@ -9,8 +9,10 @@ from numba import uint64
 
 from softbrake.kernels.jit import kernel
 from softbrake.kernels.rows import lanes
+from softbrake.state import PAD
 
 ONE = uint64(1)
+FIRST = uint64(PAD)
 
 
 @kernel
@@ -35,15 +37,16 @@ def add_edge_work(generatrix, hoop, mean, elastic, viscous, below, row, edge, dt
 
 
 @kernel
-def add_belt_work(belt, mean, elastic, viscous, row, edge, dt, columns):
-    """Add the work of a belt, as add_edge_work does that of a row of hoop edges."""
+def add_belt_work(belt, hoop, mean, elastic, viscous, row, edge, dt, columns):
+    """Add the work of the belt on a row of hoop edges, as add_edge_work does that of the fabric's."""
     for j in range(lanes(columns)):
         b = row + j
         c = edge + j
+        d = FIRST + j
         narrow_x, narrow_y, narrow_z = mean.x[b] - mean.x[b + ONE], mean.y[b] - mean.y[b + ONE], mean.z[b] - mean.z[b + ONE]
-        narrower = dt * (belt.x[c] * narrow_x + belt.y[c] * narrow_y + belt.z[c] * narrow_z)
-        elastic[j] += belt.elastic[c] * narrower
-        viscous[j] += (belt.force[c] - belt.elastic[c]) * narrower
+        narrower = dt * (hoop.x[c] * narrow_x + hoop.y[c] * narrow_y + hoop.z[c] * narrow_z)
+        elastic[j] += belt.elastic[d] * narrower
+        viscous[j] += (belt.force[d] - belt.elastic[d]) * narrower
 
 
 @kernel
@@ -104,10 +107,10 @@ def add_cargo_work(work, by_column, gas, weight, mass, between, after, dt):
 
 
 @kernel
-def update_top(edges, edge, top, row, columns):
-    """Update the largest tension of the step by column, and the row where it stands. Reads edges.tension at offset edge."""
-    tension, largest, where = edges.tension, top.tension, top.row
+def update_top(tension, top, row, columns):
+    """Update the largest tension of the step by column, and the row where it stands, by the tension of a row."""
+    largest, where = top.tension, top.row
     for j in range(lanes(columns)):
-        larger = tension[edge + j] > largest[j]
-        largest[j] = tension[edge + j] if larger else largest[j]
+        larger = tension[FIRST + j] > largest[j]
+        largest[j] = tension[FIRST + j] if larger else largest[j]
         where[j] = row if larger else where[j]

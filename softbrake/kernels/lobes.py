@@ -4,8 +4,9 @@ from math import sqrt
 
 from numba import uint64
 
+from softbrake.kernels.blows import hold_node
 from softbrake.kernels.contact import GAP, jolt
-from softbrake.kernels.folds import hold_node, meridian_sheet, shell_sheet
+from softbrake.kernels.folds import meridian_sheet, shell_sheet
 from softbrake.kernels.jit import kernel
 from softbrake.kernels.motion import close_nodes
 from softbrake.state import PAD, Blows

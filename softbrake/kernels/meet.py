@@ -1,7 +1,9 @@
-"""Where a node and a face of the shell meet: nearest point, and the crossing within a step.
+"""Where a node and a face of the shell meet, or two edges: nearest points, and the crossing within a step.
 
 A face is the four triangles about the centre of its corners, so that no diagonal is preferred. All places are relative to the
-node, which thus stands at the origin. Of the axisymmetric shell a face is a strip across the half-plane, seen edge-on.
+node, which thus stands at the origin. Of the axisymmetric shell a face is a strip across the half-plane, seen edge-on. Two edges
+are written the same way: the first starts at the node and ends at the first of the corners, the second joins the next two. Then
+too the weights of the corners say how fast the two near each other, and their sum is the weight of the node: 1 for a face.
 """
 
 from math import inf, sqrt
@@ -11,7 +13,10 @@ from softbrake.kernels.jit import kernel
 APART, TOUCHES, PASSES = 0, 1, 2
 NEVER = 2.0  # a time beyond the step, which lasts from 0 to 1
 ENOUGH = 0.99  # of the distance wanted: the rest would take passes without end where a corner lies on the cargo
+SECOND = 2**32 - 1  # bits of a pair that name its face, or its second edge
+EDGES = 2**62  # bit of a pair of edges
 TOUCHING = 1e-3  # of the gap; nearer than this the direction from face to node says nothing
+ROUND_OFF = 1e-12  # of the gap, by which what lies in one plane seems to pass
 SMALLEST = 1e-30  # m
 NEAR = 0.1  # of the gap
 REBOUND = 0.5  # of the speed of closing
@@ -30,6 +35,23 @@ def corners_of(face, sheet):
     column = face % sheet.stride - sheet.first
     right = face + (1 if column + 1 < sheet.columns else 1 - sheet.columns)
     return face, right, right + sheet.stride, face + sheet.stride
+
+
+@kernel
+def end_of(edge, sheet):
+    """Return the nodes at the ends of an edge: twice the node it starts from, and 1 more for that of the generatrix."""
+    node = edge >> 1
+    return node, corners_of(node, sheet)[3 if edge & 1 else 1]
+
+
+@kernel
+def members_of(pair, sheet):
+    """Return whether a pair is one of edges, and its node and corners."""
+    if pair & EDGES == 0:
+        return False, pair >> 32, corners_of(pair & SECOND, sheet)
+    node, a = end_of((pair ^ EDGES) >> 32, sheet)
+    b, c = end_of(pair & SECOND, sheet)
+    return True, node, (a, b, c, c)
 
 
 @kernel
@@ -123,6 +145,41 @@ def nearest_on_face(q):
 
 
 @kernel
+def nearest_on_edges(q):
+    """Return the distance (m) of two edges, the vector from the second to the first, the weights, whether both are met inside.
+
+    By clamping the shares in turn: C. Ericson, Real-Time Collision Detection (2005), 5.1.9.
+    """
+    qx, qy, qz = q
+    ax, ay, az = qx[0], qy[0], qz[0]
+    bx, by, bz = qx[2] - qx[1], qy[2] - qy[1], qz[2] - qz[1]
+    aa, bb, ab = ax * ax + ay * ay + az * az, bx * bx + by * by + bz * bz, ax * bx + ay * by + az * bz
+    ar, br = -(ax * qx[1] + ay * qy[1] + az * qz[1]), -(bx * qx[1] + by * qy[1] + bz * qz[1])
+    square = aa * bb - ab * ab
+    s = min(max((ab * br - ar * bb) / square, 0.0), 1.0) if square > SMALLEST * aa * bb else 0.5
+    t = (ab * s + br) / bb
+    inside = 0.0 < t < 1.0
+    t = min(max(t, 0.0), 1.0)
+    s = (ab * t - ar) / aa
+    inside = inside and 0.0 < s < 1.0
+    s = min(max(s, 0.0), 1.0)
+    x, y, z = s * ax - qx[1] - t * bx, s * ay - qy[1] - t * by, s * az - qz[1] - t * bz
+    return sqrt(x * x + y * y + z * z), x, y, z, (-s, 1.0 - t, t, 0.0), inside
+
+
+@kernel
+def nearest(edges, q):
+    """Return the distance (m) of a pair, the vector from its second to its first part, the weights, whether it may press there.
+
+    Where an edge is nearest at its end, it is the node there that presses on a face.
+    """
+    if edges:
+        return nearest_on_edges(q)
+    distance, x, y, z, weights = nearest_on_face(q)
+    return distance, x, y, z, weights, True
+
+
+@kernel
 def volume(ax, ay, az, bx, by, bz, cx, cy, cz):
     """Return a · (b × c)."""
     return ax * (by * cz - bz * cy) + ay * (bz * cx - bx * cz) + az * (bx * cy - by * cx)
@@ -136,9 +193,10 @@ def cubic(b0, b1, b2, b3, time):
 
 
 @kernel
-def crossing_of_triangle(r0, a0, b0, r1, a1, b1):
+def crossing_of(edges, r0, a0, b0, r1, a1, b1):
     """Return when within the step the node r first passes through the triangle 0, a, b, with s, t and the unit normal there.
 
+    Or, of edges, when that from 0 to b passes the one from r to r + a, at t of b and s of a.
     Vectors at the start and at the end of the step, each moving evenly. The volume r · (a × b) is a cubic in time: with Bernstein
     coefficients of one sign it has no root; else its changes of sign between turning points are bisected, and the shares there
     tell inside from outside. The normal points to the side from which the node came. The time is NEVER where it does not pass.
@@ -163,13 +221,35 @@ def crossing_of_triangle(r0, a0, b0, r1, a1, b1):
             square = nx * nx + ny * ny + nz * nz
             s = volume(nx, ny, nz, rx, ry, rz, bx, by, bz) / square
             t = volume(nx, ny, nz, ax, ay, az, rx, ry, rz) / square
-            if s >= -RIM and t >= -RIM and s + t <= 1.0 + RIM:
+            if edges:
+                s = -s
+            if s >= -RIM and t >= -RIM and (max(s, t) if edges else s + t) <= 1.0 + RIM:
                 scale = (1.0 if before > 0.0 else -1.0) / sqrt(square)
                 return time, s, t, scale * nx, scale * ny, scale * nz
         if value != 0.0:
             before = value
         low = end
     return NEVER, 0.0, 0.0, 0.0, 0.0, 0.0
+
+
+@kernel
+def crossing_of_edges(start, end):
+    """Return when within the step (0 … 1) two edges first pass each other, the normal to the first one's side, and the weights.
+
+    start, end: their nodes at n and n+1, seen from the node of the first that is not among them.
+    """
+    x0, y0, z0 = start
+    x1, y1, z1 = end
+    time, s, t, x, y, z = crossing_of(
+        True,
+        (-x0[1], -y0[1], -z0[1]),
+        (x0[0], y0[0], z0[0]),
+        (x0[2] - x0[1], y0[2] - y0[1], z0[2] - z0[1]),
+        (-x1[1], -y1[1], -z1[1]),
+        (x1[0], y1[0], z1[0]),
+        (x1[2] - x1[1], y1[2] - y1[1], z1[2] - z1[1]),
+    )
+    return time, x, y, z, (-s, 1.0 - t, t, 0.0)
 
 
 @kernel
@@ -213,7 +293,8 @@ def crossing_of_face(start, end):
     first, triangle, share, share_next, nx, ny, nz = NEVER, 0, 0.0, 0.0, 0.0, 0.0, 0.0
     for k in range(4):
         n = (k + 1) % 4
-        time, s, t, x, y, z = crossing_of_triangle(
+        time, s, t, x, y, z = crossing_of(
+            False,
             r0,
             (x0[k] - c0[0], y0[k] - c0[1], z0[k] - c0[2]),
             (x0[n] - c0[0], y0[n] - c0[1], z0[n] - c0[2]),
@@ -228,58 +309,62 @@ def crossing_of_face(start, end):
 
 @kernel
 def closing_along(nodes, node, corners, weights, nx, ny, nz):
-    """Return the speed (m/s) at which a node nears the point of a face with these weights, along the normal towards the node."""
+    """Return the speed (m/s) at which the points of a pair with these weights near each other along the normal to the node."""
     u, v, w = nodes.u, nodes.v, nodes.w
-    closing = -(nx * u[node] + ny * v[node] + nz * w[node])
+    own = nx * u[node] + ny * v[node] + nz * w[node]
+    closing = 0.0
     for k in range(4):
         a = corners[k]
-        closing += weights[k] * (nx * u[a] + ny * v[a] + nz * w[a])
+        closing += weights[k] * (nx * u[a] + ny * v[a] + nz * w[a] - own)
     return closing
 
 
 @kernel
-def meet(nodes, node, corners, breadth, length, gap):
-    """Return how a node and a face meet in the step to n+1: distance (m) there, how, slowing (m/s), normal, weights.
+def meet(nodes, edges, node, corners, breadth, length, gap, part):
+    """Return how a pair meets in the step to n+1: distance (m) there, how, slowing (m/s), normal, weights.
 
-    What is a gap apart at n stays so, what is nearer comes no nearer, what is on one side stays there. slowing is what the speed
-    of closing along the normal has to lose for that, at most all of it: rest is always allowed, so no energy arises. 0 where
-    nothing is to do. how: PASSES where the node passes through the face, TOUCHES where it would but for round-off.
+    What is a gap apart at n stays so, what is nearer keeps that part of its distance, what is on one side stays there. slowing
+    is what the speed of closing along the normal has to lose for that, at most all of it: rest is always allowed, so no energy
+    arises. 0 where nothing is to do. how: PASSES where the node passes the face, or edge edge; TOUCHES where but for round-off.
     """
     end = seen_from(nodes, node, corners, breadth, 0.0)
-    distance, rx, ry, rz, weights = nearest_on_face(end)
+    distance, rx, ry, rz, weights, presses = nearest(edges, end)
     start = seen_from(nodes, node, corners, breadth, length)
-    time, nx, ny, nz, weights_then = crossing_of_face(start, end)
+    time, nx, ny, nz, weights_then = crossing_of_edges(start, end) if edges else crossing_of_face(start, end)
     if time <= 1.0:
         closing = closing_along(nodes, node, corners, weights_then, nx, ny, nz)
+        if abs(closing) * length <= ROUND_OFF * gap:  # all in one plane, as on the ground: there are no sides
+            return distance, APART, 0.0, 0.0, 0.0, 0.0, weights
         if closing > 0.0:
             old = time * closing * length
-            return distance, PASSES, slowing_of(closing, old, old - closing * length, gap, length), nx, ny, nz, weights_then
-    elif distance >= gap:
+            return distance, PASSES, slowing_of(closing, old, old - closing * length, gap, part, length), nx, ny, nz, weights_then
+    elif distance >= gap or not presses:
         return distance, APART, 0.0, 0.0, 0.0, 0.0, weights
-    old, ox, oy, oz, old_weights = nearest_on_face(start)
-    if time > 1.0 and distance >= ENOUGH * min(gap, old):
+    old, ox, oy, oz, old_weights, presses = nearest(edges, start)
+    if time > 1.0 and (distance >= ENOUGH * min(gap, part * old) or not presses):
         return distance, APART, 0.0, 0.0, 0.0, 0.0, weights
     if time > 1.0 and distance > TOUCHING * gap:
         nx, ny, nz = rx / distance, ry / distance, rz / distance
         closing = closing_along(nodes, node, corners, weights, nx, ny, nz)
-        return distance, APART, slowing_of(closing, old, distance, gap, length), nx, ny, nz, weights
+        return distance, APART, slowing_of(closing, old, distance, gap, part, length), nx, ny, nz, weights
     # In the plane of the face, or turned right over within the step: the direction at n still tells the sides.
     scale = 1.0 / max(old, SMALLEST)
     nx, ny, nz = scale * ox, scale * oy, scale * oz
     closing = closing_along(nodes, node, corners, old_weights, nx, ny, nz)
-    slowing = slowing_of(closing, old, old - closing * length, gap, length)
+    slowing = slowing_of(closing, old, old - closing * length, gap, part, length)
     how = PASSES if time <= 1.0 else TOUCHES if slowing > 0.0 else APART
     return distance, how, slowing, nx, ny, nz, old_weights
 
 
 @kernel
-def slowing_of(closing, old, there, gap, length):
-    """Return what a speed of closing (m/s) has to lose: the lesser of a gap and the distance old (m) at n is left at n+1.
+def slowing_of(closing, old, there, gap, part, length):
+    """Return what a speed of closing (m/s) has to lose, for a gap to be left at n+1, or a part of the distance old (m) at n.
 
     there: the distance at n+1, negative beyond the face. What has come far too near rebounds by half, lest round-off decide.
     """
-    if closing <= 0.0:
+    too_fast = closing - (1.0 - part) * old / length
+    if too_fast <= 0.0:
         return 0.0
     if old < NEAR * gap:
-        return (1.0 + REBOUND) * closing
-    return max(min((min(gap, old) - there) / length, closing), 0.0)
+        return (1.0 + REBOUND) * too_fast
+    return max(min((min(gap, part * old) - there) / length, too_fast), 0.0)

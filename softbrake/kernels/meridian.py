@@ -191,7 +191,7 @@ def push_meridian(nodes, meridian, work, contact, step, n1):
     x, z, u, w = nodes.x, nodes.z, nodes.u, nodes.w
     dt, length, ground = step.dt, step.length, contact.ground
     per_length = 1.0 / length
-    touching = (contact.cover == 1 or contact.cargo == 1) and step.next_cover > 0.0  # else on the ground before that
+    touching = (contact.cover == 1 or contact.cargo == 1) and step.next_cover > step.gap  # else on the ground before that
     highest = step.next_cover - step.gap if touching else inf
     highest_before = step.cover - step.gap if touching else inf
     least = GAP if contact.axis == 1 else -inf
@@ -268,7 +268,7 @@ def press_meridian(nodes, meridian, contact, step, mass, n1):
     Writes nodes. Returns the impulse (N s) on cover and cargo, upwards; the axis takes that
     which holds a slack hoop at a radius of GAP, where the cloth would meet itself.
     """
-    touching = (contact.cover == 1 or contact.cargo == 1) and step.next_cover > 0.0
+    touching = (contact.cover == 1 or contact.cargo == 1) and step.next_cover > step.gap
     least = GAP if contact.axis == 1 else -inf
     length, impulse, per_length = step.length, 0.0, 1.0 / step.length
     x, z, u, w = nodes.x, nodes.z, nodes.u, nodes.w

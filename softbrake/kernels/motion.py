@@ -115,9 +115,9 @@ def close_edges(edges, sector, edge, columns):
     """Close a row of edges: their vectors, and what tensions read of them."""
     turn_row(edges.x, edges.y, sector, edge, columns)
     close_row(edges.z, edge, columns)
-    close_row(edges.inverse, edge, columns)
+    close_row(edges.force, edge, columns)
     close_row(edges.e, edge, columns)
-    close_row(edges.rate, edge, columns)
+    close_row(edges.elastic, edge, columns)
 
 
 @kernel

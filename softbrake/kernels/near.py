@@ -12,7 +12,7 @@ from math import acos, inf, sqrt
 from numba import uint64
 
 from softbrake.kernels.jit import kernel
-from softbrake.kernels.meet import corners_of
+from softbrake.kernels.meet import EDGES, corners_of, end_of
 from softbrake.state import BLOCK, Box, FoldCount
 
 SAME = 0.7  # cosine of the angle of normals below which cloth may fold onto itself before the next search
@@ -42,8 +42,6 @@ def find_pairs(nodes, folds, sheet, near):
             if not may_meet(blocks, a, b, reach + blocks[b, Box.MARGIN], sheet.columns > 1):
                 continue
             count = add_pairs(nodes, folds, sheet, a, b, near, count)
-            if a != b:
-                count = add_pairs(nodes, folds, sheet, b, a, near, count)
         folds.counts[FoldCount.TESTS] += q - p + 1
     return count
 
@@ -152,46 +150,106 @@ def may_meet(blocks, a, b, reach, wide):
 
 @kernel
 def add_pairs(nodes, folds, sheet, a, b, near, count):
-    """Add the nodes of block b within reach (m) of the boxes around the faces of block a. Returns the count of pairs."""
-    x, y, z, pairs, wake, inside, box = nodes.x, nodes.y, nodes.z, folds.pairs, folds.wake, folds.inside, folds.blocks[a]
-    row, row_end, column, column_end = rows_of(b, sheet)
-    row_end += int(row_end == sheet.rows)  # the row on the cover belongs to the blocks below
-    found, margin = 0, folds.margin
-    for i in range(row, row_end):
+    """Add the pairs of block a and block b within reach (m) of each other: node and face, and two edges. Returns their count.
+
+    By cells: a cell is a face with its lower left node, and the edges that start there; on the cover there is no face.
+    """
+    first = collect_cells(nodes, folds, sheet, a, b, near, 0)
+    last = collect_cells(nodes, folds, sheet, b, a, near, first) if a != b else first
+    cells, boxes = folds.cells, folds.boxes
+    for p in range(first):
+        for q in range(p + 1 if a == b else first, last):
+            reach = near + boxes[p, Box.MARGIN] + boxes[q, Box.MARGIN]
+            if square_between(boxes[p], boxes[q]) > reach * reach:
+                continue
+            count = add_node_and_face(nodes, folds, sheet, cells[p], boxes[q], cells[q], near, count)
+            count = add_node_and_face(nodes, folds, sheet, cells[q], boxes[p], cells[p], near, count)
+            if sheet.columns > 1:
+                count = add_edges(nodes, folds, sheet, cells[p], cells[q], near, count)
+        folds.counts[FoldCount.TESTS] += last - p - 1 if a == b else last - first
+    return count
+
+
+@kernel
+def collect_cells(nodes, folds, sheet, block, other, near, count):
+    """Write the cells of a block within reach (m) of the box around the other, and their own boxes, after so many.
+
+    Returns how many there are then. Writes folds.cells, boxes.
+    """
+    x, y, z, margin, box = nodes.x, nodes.y, nodes.z, folds.margin, folds.blocks[other]
+    row, row_end, column, column_end = rows_of(block, sheet)
+    for i in range(row, row_end + int(row_end == sheet.rows)):  # the row on the cover belongs to the blocks below
         start = i * sheet.stride + sheet.first
         for node in range(start + column, start + column_end):
-            reach = near + box[Box.MARGIN] + margin[node]
-            in_x = box[Box.LOW_X] - reach <= x[node] <= box[Box.HIGH_X] + reach
-            in_y = box[Box.LOW_Y] - reach <= y[node] <= box[Box.HIGH_Y] + reach
-            if in_x and in_y and box[Box.LOW_Z] - reach <= z[node] <= box[Box.HIGH_Z] + reach:
-                inside[found] = node
-                found += 1
-    if found == 0:
-        return count
-    row, row_end, column, column_end = rows_of(a, sheet)
-    for i in range(row, row_end):
-        start = i * sheet.stride + sheet.first
-        for face in range(start + column, start + column_end):
-            corners = corners_of(face, sheet)
-            low_x, high_x = span(x, corners)
-            low_y, high_y = span(y, corners)
-            low_z, high_z = span(z, corners)
-            own_reach = near + max(margin[corners[0]], margin[corners[1]], margin[corners[2]], margin[corners[3]])
-            for k in range(found):
-                reach = own_reach + margin[inside[k]]
-                node = inside[k]
-                off_x = outside(x[node], low_x, high_x)
-                off_y = outside(y[node], low_y, high_y)
-                off_z = outside(z[node], low_z, high_z)
-                square = off_x * off_x + off_y * off_y + off_z * off_z
-                own = node == corners[0] or node == corners[1] or node == corners[2] or node == corners[3]
-                if square <= reach * reach and not own:
-                    if count < pairs.size:
-                        pairs[count] = (node << 32) | face
-                        wake[count] = sqrt(square) - near
-                    count += 1
-    folds.counts[FoldCount.TESTS] += found * BLOCK * BLOCK
+            corners = corners_of(node, sheet)
+            if i == sheet.rows:
+                corners = (node, corners[1], corners[1], node)
+            own = folds.boxes[count]
+            own[Box.LOW_X], own[Box.HIGH_X] = span(x, corners)
+            own[Box.LOW_Y], own[Box.HIGH_Y] = span(y, corners)
+            own[Box.LOW_Z], own[Box.HIGH_Z] = span(z, corners)
+            own[Box.MARGIN] = max(margin[corners[0]], margin[corners[1]], margin[corners[2]], margin[corners[3]])
+            reach = near + box[Box.MARGIN] + own[Box.MARGIN]
+            if square_between(own, box) <= reach * reach:
+                folds.cells[count] = node
+                count += 1
     return count
+
+
+@kernel
+def square_between(box, other):
+    """Return the square of the distance (m^2) of two boxes."""
+    off_x = max(box[Box.LOW_X] - other[Box.HIGH_X], other[Box.LOW_X] - box[Box.HIGH_X], 0.0)
+    off_y = max(box[Box.LOW_Y] - other[Box.HIGH_Y], other[Box.LOW_Y] - box[Box.HIGH_Y], 0.0)
+    off_z = max(box[Box.LOW_Z] - other[Box.HIGH_Z], other[Box.LOW_Z] - box[Box.HIGH_Z], 0.0)
+    return off_x * off_x + off_y * off_y + off_z * off_z
+
+
+@kernel
+def add_node_and_face(nodes, folds, sheet, node, box, face, near, count):
+    """Add the pair of a node and a face with its box, where they are within reach (m). Returns the count of pairs."""
+    if face // sheet.stride == sheet.rows:
+        return count
+    corners = corners_of(face, sheet)
+    if node == corners[0] or node == corners[1] or node == corners[2] or node == corners[3]:
+        return count
+    off_x = outside(nodes.x[node], box[Box.LOW_X], box[Box.HIGH_X])
+    off_y = outside(nodes.y[node], box[Box.LOW_Y], box[Box.HIGH_Y])
+    off_z = outside(nodes.z[node], box[Box.LOW_Z], box[Box.HIGH_Z])
+    square, reach = off_x * off_x + off_y * off_y + off_z * off_z, near + folds.margin[node] + box[Box.MARGIN]
+    return keep(folds, (node << 32) | face, square, reach, near, count)
+
+
+@kernel
+def add_edges(nodes, folds, sheet, cell, other, near, count):
+    """Add the pairs of edges of two cells within reach (m), but for those that share a node or a face. Returns their count."""
+    x, y, z, margin = nodes.x, nodes.y, nodes.z, folds.margin
+    for edge in range(2 * cell, 2 * cell + 1 + int(cell // sheet.stride < sheet.rows)):
+        i, j = end_of(edge, sheet)
+        low_x, low_y, low_z = min(x[i], x[j]), min(y[i], y[j]), min(z[i], z[j])
+        high_x, high_y, high_z = max(x[i], x[j]), max(y[i], y[j]), max(z[i], z[j])
+        for second in range(2 * other, 2 * other + 1 + int(other // sheet.stride < sheet.rows)):
+            k, m = end_of(second, sheet)
+            if k in (i, j) or m in (i, j):
+                continue
+            off_x = max(min(x[k], x[m]) - high_x, low_x - max(x[k], x[m]), 0.0)
+            off_y = max(min(y[k], y[m]) - high_y, low_y - max(y[k], y[m]), 0.0)
+            off_z = max(min(z[k], z[m]) - high_z, low_z - max(z[k], z[m]), 0.0)
+            reach = near + max(margin[i], margin[j]) + max(margin[k], margin[m])
+            square = off_x * off_x + off_y * off_y + off_z * off_z
+            count = keep(folds, EDGES | (edge << 32) | second, square, reach, near, count)
+    return count
+
+
+@kernel
+def keep(folds, pair, square, reach, near, count):
+    """Keep a pair where its boxes' distance squared (m^2) is within reach (m), and there is room. Returns the count of pairs."""
+    if square > reach * reach:
+        return count
+    if count < folds.pairs.size:
+        folds.pairs[count] = pair
+        folds.wake[count] = sqrt(square) - near
+    return count + 1
 
 
 @kernel

@@ -5,8 +5,8 @@ from numba import uint64
 from softbrake.kernels.contact import any_above, foresee, press_row, rub_row
 from softbrake.kernels.course import begin_step, choose_step, end_step, raise_peak, record
 from softbrake.kernels.fabric import (
+    add_belt_forces,
     add_cell_forces,
-    add_hoop_forces,
     add_shear_forces,
     update_belt_tension,
     update_cell_tension,
@@ -17,6 +17,7 @@ from softbrake.kernels.fabric import (
 )
 from softbrake.kernels.folds import cramped, watch_shell, window_of
 from softbrake.kernels.geometry import clear_edges, clear_forces, update_area_vectors, update_edges
+from softbrake.kernels.halves import HELP, LOWER, UPPER, add_lower, first_half, next_half, take_over
 from softbrake.kernels.jit import kernel
 from softbrake.kernels.jumps import add_jump_work, begin_parting, part_cloth
 from softbrake.kernels.ledger import add_belt_work, add_cargo_work, add_cell_work, add_edge_work, add_shear_work, update_top
@@ -24,75 +25,108 @@ from softbrake.kernels.motion import close_edges, hold_row, lift_row, push_cargo
 from softbrake.kernels.pressure import pressure_at, update_damped_pressure
 from softbrake.kernels.rows import lanes
 from softbrake.kernels.timestep import stable_step
-from softbrake.state import PAD, History, Outcome, Peak, Scheme
+from softbrake.state import PAD, Books, History, Outcome, Peak, Scheme
 
 ONE = uint64(1)
 FIRST = uint64(PAD)
 
 
 @kernel
-def sweep_rows(model, state, sweep, dt, length, parting):
+def sweep_shell(model, state, sweep, halves, parting, helps):
+    """Advance fabric and cargo by the step that has begun. Returns the cover's new height (m).
+
+    parting: whether lobes or folds may meet. helps: sweep the lower half alone, of this step and of all until there will be none.
+    """
+    height, half = 0.0, first_half(state.nodes, halves, model.n1, model.stride, helps)
+    if halves is None:
+        return sweep_rows(model, state, sweep, halves, half, parting)
+    while half <= UPPER and (not helps or take_over(halves)):
+        height = sweep_rows(model, state, sweep, halves, half, parting)
+        half = next_half(halves, half, helps)
+    return height
+
+
+@kernel
+def sweep_rows(model, state, sweep, halves, half, parting):
     """Advance fabric and cargo by one step, row by row from the ground up. Returns the cover's new height (m).
 
-    dt: from n-1/2 to n+1/2; length: from n to n+1 (s); parting: whether lobes or folds may meet. A sector moves its share of the
-    cargo; state.now has the whole shell's forces.
+    half: LOWER or UPPER, unless halves is None; the cargo goes with the upper one. parting: whether lobes or folds may meet. A
+    sector moves its share of the cargo; state.now has the whole shell's forces.
 
     Row i needs its cells above and below, so the sweep keeps two rows of cells and three of hoop edges. Rows are pushed in
     place as soon as their forces are whole: their old places live on in the edges.
     """
     n1, n2 = model.n1, model.n2
+    start, stop, seam = 0, n1, n1 // 2  # rows of nodes between which this pushes all
+    if halves is not None and half == LOWER:
+        stop = seam
+    if halves is not None and half == UPPER:
+        start = seam - 1
     stride = uint64(model.stride)
     fabric, belts, mass, belt_width = model.fabric, model.belts, model.mass, model.belts.width
-    nodes, work, now, peaks, folds = state.nodes, state.work, state.now, state.peaks, state.folds
+    nodes, now, peaks, folds = state.nodes, state.now, state.peaks, state.folds
     g, h, belt, cells, mean, on_nodes = sweep.generatrix, sweep.hoop, sweep.belt, sweep.cells, sweep.mean, sweep.pressure
     force, force_above, area = sweep.force, sweep.force_above, sweep.area
-    top_1, top_2, top_belt, by_column = sweep.top_generatrix, sweep.top_hoop, sweep.top_belt, sweep.by_column
+    tension_1, tension_2 = sweep.tension_1, sweep.tension_2
+    work, by_column, top_1, top_2, top_belt = state.work, sweep.by_column, sweep.top_generatrix, sweep.top_hoop, sweep.top_belt
+    if halves is not None and half == LOWER:
+        work, by_column, top_1, top_2, top_belt = halves.books
     heights, rising = nodes.z, nodes.w
-    elastic, viscous, elastic_belts = work.elastic, work.viscous, work.belts
     edge_scheme = model.scheme == Scheme.EDGE
     shear = fabric.g12 > 0.0
     corners = shear or not edge_scheme
     damped = model.pressure.damping > 0.0
-    pressure = pressure_at(model.pressure, now[History.TIME])  # (2.10)
-    now[History.PRESSURE] = pressure
+    pressure, length = now[History.PRESSURE], now[History.TIME_STEP]
+    dt = 0.5 * (state.last_step[0] + length)
     gas_on_cover = pressure * model.cover_area
     gravity, contact, sectors = model.gravity, model.contact, model.sector.copies
     step = foresee(now, nodes.w[uint64(n1) * stride + FIRST], gravity, model.sector, dt, length)
-    touching = (contact.cover == 1 or contact.cargo == 1) and step.next_cover > 0.0  # else it is on the ground before that
+    touching = (contact.cover == 1 or contact.cargo == 1) and step.next_cover > step.gap  # else it is on the ground before that
     on_nodes[:] = pressure
     height = 0.0
     clear_row(force_above)
     clear_sums(top_1, top_2, top_belt, by_column)
-    update_edges(nodes, h, FIRST, ONE, FIRST, n2, fabric.h2)  # (2.6)
-    close_edges(h, model.sector, FIRST, n2)
-    clear_edges(h, uint64(2) * stride + FIRST, n2)  # below row 0
-    clear_edges(g, stride + FIRST, n2)
-    for i in range(n1 + 1):
+    hoop = uint64(start % 3) * stride + FIRST
+    old, at = nodes, uint64(start) * stride + FIRST
+    if halves is not None and half == UPPER:
+        old, at = halves.seam, FIRST
+    update_edges(old, h, at, ONE, hoop, n2, fabric.h2)  # (2.6)
+    close_edges(h, model.sector, hoop, n2)
+    clear_edges(h, uint64((start + 2) % 3) * stride + FIRST, n2)  # below the first row
+    clear_edges(g, uint64((start + 1) % 2) * stride + FIRST, n2)
+    for i in range(start, stop + 1):
         node = uint64(i) * stride + FIRST
         row = uint64(i % 2) * stride + FIRST  # of mean velocities, and of the cells and generatrix edges above them
         below = uint64((i + 1) % 2) * stride + FIRST  # of the row below, and of the cells and edges below row i
         hoop = uint64(i % 3) * stride + FIRST
         hoop_above = uint64((i + 1) % 3) * stride + FIRST
         hoop_below = uint64((i + 2) % 3) * stride + FIRST
-        inside = 0 < i < n1
+        inside = start < i < stop  # else of a cover, or of the other half
+        belted = inside and belt_width[i] > 0.0
 
-        if i < n1:
-            update_edges(nodes, h, node + stride, ONE, hoop_above, n2, fabric.h2)  # (2.6)
+        if i < stop:
+            old, at = nodes, node
+            if halves is not None and i == seam - 1:  # another thread may have pushed one of rows i and i+1
+                old, at = halves.seam, FIRST
+            update_edges(old, h, at + stride, ONE, hoop_above, n2, fabric.h2)  # (2.6)
             close_edges(h, model.sector, hoop_above, n2)
-            update_edges(nodes, g, node, stride, row, n2, fabric.h1)
+            update_edges(old, g, at, stride, row, n2, fabric.h1)
             close_edges(g, model.sector, row, n2)
         else:
             clear_edges(h, hoop_above, n2)
             clear_edges(g, row, n2)
         update_area_vectors(g, h, area, row, below, hoop, hoop_above, hoop_below, n2)  # (2.7)
 
+        if belted:
+            update_belt_tension(belts, i, h, g, belt, tension_2, hoop, below, row, n2)  # (2.3)
+            update_top(tension_2, top_belt, float(i), n2)
         if edge_scheme:
-            if i < n1:
-                update_generatrix_tension(fabric, g, h, row, hoop, hoop_above, n2)  # (2.9)
-                update_top(g, row, top_1, i + 0.5, n2)
+            if i < stop:
+                update_generatrix_tension(fabric, g, h, tension_1, row, hoop, hoop_above, n2)  # (2.9)
+                update_top(tension_1, top_1, i + 0.5, n2)
             if inside:
-                update_hoop_tension(fabric, h, g, hoop, below, row, n2)
-                update_top(h, hoop, top_2, float(i), n2)
+                update_hoop_tension(fabric, h, g, tension_2, hoop, below, row, n2)
+                update_top(tension_2, top_2, float(i), n2)
             else:
                 clear_forces(h, hoop, n2)
             update_edge_forces(g, h, force, row, below, hoop, n2)  # (2.8)
@@ -100,18 +134,16 @@ def sweep_rows(model, state, sweep, dt, length, parting):
             clear_row(force)
         if corners:
             take_row(force, force_above)
-        if i < n1 and not edge_scheme:
-            update_cell_tension(fabric, g, h, cells, row, hoop, hoop_above, row, n2)  # (2.9)
-            update_top(g, row, top_1, i + 0.5, n2)
-            update_top(h, hoop, top_2, i + 0.5, n2)
+        if i < stop and not edge_scheme:
+            update_cell_tension(fabric, g, h, cells, tension_1, tension_2, row, hoop, hoop_above, row, n2)  # (2.9)
+            update_top(tension_1, top_1, i + 0.5, n2)
+            update_top(tension_2, top_2, i + 0.5, n2)
             add_cell_forces(g, h, cells, force, force_above, row, hoop, hoop_above, row, n2)  # (3.2)
-        if i < n1 and shear:
+        if i < stop and shear:
             update_shear(fabric, g, h, cells, row, hoop, hoop_above, row, n2)
             add_shear_forces(g, h, cells, force, force_above, row, hoop, hoop_above, row, n2)  # (2.2)
-        if inside and belt_width[i] > 0.0:
-            update_belt_tension(belts, i, h, g, belt, hoop, below, row, n2)  # (2.3)
-            update_top(belt, FIRST, top_belt, float(i), n2)
-            add_hoop_forces(belt, force, FIRST, n2)
+        if belted:
+            add_belt_forces(belt, h, force, hoop, n2)
         if damped:
             update_damped_pressure(model.pressure, pressure, nodes, area, on_nodes, node, lanes(n2))  # (2.11)
 
@@ -119,13 +151,17 @@ def sweep_rows(model, state, sweep, dt, length, parting):
             tension, gas = vertical_forces(force, area, on_nodes, n2)
             now[History.GROUND_FORCE] = sectors * (gas_on_cover - gas - tension + n2 * mass[i] * gravity)
             hold_row(mean, row, n2, 0.0)
-        elif i < n1:
+        elif inside:
             push_row(nodes, force, area, on_nodes, mean, work, by_column, contact, step, mass[i], node, row, n2)  # (3.2)
             if contact.friction > 0.0:
                 rub_row(nodes, force, area, on_nodes, mean, work, by_column, contact, step, mass[i], node, row, n2)
             if touching and any_above(heights, rising, step, node, n2):
                 press_row(nodes, force, area, on_nodes, mean, work, by_column, contact, step, mass[i], node, row, n2)
+        elif i < n1:
+            hold_row(mean, row, n2, 0.0)
         else:
+            if halves is not None:
+                add_lower(Books(work, by_column, top_1, top_2, top_belt), halves, n1, n2)
             if parting:
                 part_cloth(model, nodes, work, by_column, sweep.parting, folds, step, touching)  # (2.5)
             tension, gas = vertical_forces(force, area, on_nodes, n2)
@@ -138,17 +174,17 @@ def sweep_rows(model, state, sweep, dt, length, parting):
             lift_row(nodes, node, n2, velocity, height)
             add_cargo_work(work, by_column, gas_on_cover + gas, gravity * moving, moving, mean.z[row], velocity, dt)
             work.contact[0] += impulse * mean.z[row]
+            book_forces(now, peaks, top_1, top_2, top_belt, by_column, n2, dt, sectors)
+            now[History.GROUND_AREA] = sectors * (model.cover_area + total(by_column.on_ground, n2))
 
-        if i > 0 and edge_scheme:
-            add_edge_work(g, h, mean, elastic, viscous, below, row, hoop, dt, n2)
-        if inside and belt_width[i] > 0.0:
-            add_belt_work(belt, mean, elastic_belts, viscous, row, FIRST, dt, n2)
-        if i > 0 and not edge_scheme:
-            add_cell_work(g, h, cells, mean, elastic, viscous, below, hoop_below, hoop, below, below, row, dt, n2)
-        if i > 0 and shear:
-            add_shear_work(g, h, cells, mean, elastic, below, hoop_below, hoop, below, below, row, dt, n2)
-    book_forces(now, peaks, top_1, top_2, top_belt, by_column, n2, dt, sectors)
-    now[History.GROUND_AREA] = sectors * (model.cover_area + total(by_column.on_ground, n2))
+        if i > start and edge_scheme:
+            add_edge_work(g, h, mean, work.elastic, work.viscous, below, row, hoop, dt, n2)
+        if belted:
+            add_belt_work(belt, h, mean, work.belts, work.viscous, row, hoop, dt, n2)
+        if i > start and not edge_scheme:
+            add_cell_work(g, h, cells, mean, work.elastic, work.viscous, below, hoop_below, hoop, below, below, row, dt, n2)
+        if i > start and shear:
+            add_shear_work(g, h, cells, mean, work.elastic, below, hoop_below, hoop, below, below, row, dt, n2)
     return height
 
 
@@ -240,18 +276,23 @@ def advance(model, state, sweep, history, interval, most, until):
     """Advance by steps until an event, the time until (s), most steps, or a full history. Returns its rows and the Outcome.
 
     Every interval-th step writes a row of state.now at its time n to history, shape (rows, len(History)), and an event one
-    for its own time.
+    for its own time. most: HELP in a thread that takes no step, but sweeps lower halves for one that does.
     """
-    now, work, by_column = state.now, state.work, sweep.by_column
+    now, work, by_column, helps = state.now, state.work, sweep.by_column, most == HELP
     rows = 0
     done = 0
-    while done < most and now[History.TIME] < until and rows + 1 < history.shape[0]:
-        if state.steps[0] >= state.choice[0]:
-            choose_step(state, stable_step(model, state.nodes, sweep))  # (3.3)
-            state.stable_step[0] = min(state.stable_step[0], fold_step(model, state, by_column) / model.courant)
-        length, dt = begin_step(model, state)
-        parting = begin_parting(model, state, sweep.parting)
-        height = sweep_rows(model, state, sweep, dt, length, parting)
+    length, dt, parting = 0.0, 0.0, False
+    while helps or (done < most and now[History.TIME] < until and rows + 1 < history.shape[0]):
+        if not helps:
+            if state.steps[0] >= state.choice[0]:
+                choose_step(state, stable_step(model, state.nodes, sweep))  # (3.3)
+                state.stable_step[0] = min(state.stable_step[0], fold_step(model, state, by_column) / model.courant)
+            length, dt = begin_step(model, state)
+            parting = begin_parting(model, state, sweep.parting)
+            now[History.PRESSURE] = pressure_at(model.pressure, now[History.TIME])  # (2.10)
+        height = sweep_shell(model, state, sweep, sweep.halves, parting, helps)
+        if helps:
+            break
         if parting:
             add_jump_work(model, state, sweep, dt, length)
         if state.steps[0] % interval == 0:
