@@ -150,6 +150,8 @@ def sweep_rows(model, state, sweep, halves, half, parting):
         if i == 0:
             tension, gas = vertical_forces(force, area, on_nodes, n2)
             now[History.GROUND_FORCE] = sectors * (gas_on_cover - gas - tension + n2 * mass[i] * gravity)
+            for j in range(lanes(n2)):
+                by_column.on_ground[j] -= min(area.z[FIRST + j], 0.0)
             hold_row(mean, row, n2, 0.0)
         elif inside:
             push_row(nodes, force, area, on_nodes, mean, work, by_column, contact, step, mass[i], node, row, n2)  # (3.2)
