@@ -162,6 +162,8 @@ def push_node(nodes, mass, blows, course, sheet, now, node, pu, pv, pw):
     What a held row takes goes to blows.impulse: on the cargo, of the ground on the fabric.
     """
     row, column = node // sheet.stride, node % sheet.stride - sheet.first
+    if sheet.columns > 1 and column == sheet.columns:
+        node, column = node - sheet.columns, 0  # of which it is the copy
     if row == 0:
         blows.impulse[1] -= pw
     elif row == sheet.rows:
@@ -176,6 +178,7 @@ def push_node(nodes, mass, blows, course, sheet, now, node, pu, pv, pw):
         if low or high:
             hold_node(nodes, blows, course, sheet, node, slot, m)
         if sheet.columns > 1 and column == 0:
+            blows.stamp[node + sheet.columns] = now
             copy_node(nodes, node, node + sheet.columns)
         if sheet.columns > 1 and column == sheet.columns - 1:
             copy_node(nodes, node, node - sheet.columns)

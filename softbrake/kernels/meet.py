@@ -46,11 +46,15 @@ def end_of(edge, sheet):
 
 @kernel
 def members_of(pair, sheet):
-    """Return whether a pair is one of edges, and its node and corners."""
+    """Return whether a pair is one of edges, and its node and corners; beyond the last column stands the copy of the first."""
+    right = int(sheet.columns > 1)
+    second = pair & SECOND
     if pair & EDGES == 0:
-        return False, pair >> 32, corners_of(pair & SECOND, sheet)
-    node, a = end_of((pair ^ EDGES) >> 32, sheet)
-    b, c = end_of(pair & SECOND, sheet)
+        return False, pair >> 32, (second, second + right, second + right + sheet.stride, second + sheet.stride)
+    first = (pair ^ EDGES) >> 32
+    node, b = first >> 1, second >> 1
+    a = node + (sheet.stride if first & 1 else 1)
+    c = b + (sheet.stride if second & 1 else 1)
     return True, node, (a, b, c, c)
 
 
