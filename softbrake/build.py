@@ -227,7 +227,7 @@ def build_folds(nodes: int, rows: int, columns: int, pairs: float) -> Folds:
         blocks=np.zeros((blocks, len(Box))),
         order=np.arange(blocks),
         cells=np.zeros(2 * (BLOCK + 1) * BLOCK, np.int64),
-        boxes=np.zeros((2 * (BLOCK + 1) * BLOCK + 1, len(Box))),
+        boxes=np.zeros((2 * (BLOCK + 1) * BLOCK, len(Box))),
         stamp=np.zeros(nodes, np.int64),
         counts=np.zeros(len(FoldCount), np.int64),
         penetration=np.zeros(1),
@@ -237,6 +237,8 @@ def build_folds(nodes: int, rows: int, columns: int, pairs: float) -> Folds:
 def with_room(folds: Folds) -> Folds:
     """Return the arrays of the contact of folds with room for twice as many pairs, and those there are."""
     folds.counts[FoldCount.CRAMPED] = 0
+    folds.counts[FoldCount.STALE] = 1  # some pairs found no room
+    folds.scale[0] = 1.0
     more = {name: np.concatenate((part, np.zeros_like(part))) for name, part in folds._asdict().items() if name in BY_PAIR}
     return folds._replace(**more)
 

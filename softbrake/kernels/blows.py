@@ -16,7 +16,7 @@ def room(height, sheet):
 
     Cloth has no thickness to be squeezed: where the cover comes down on a pile, all distances in it may shrink with that space.
     """
-    return min(sheet.edge, height - sheet.ground)
+    return min(sheet.edge, height - sheet.ground) if sheet.cover == 1 else sheet.edge
 
 
 @kernel
@@ -45,7 +45,7 @@ def may_pass(nodes, contact, edges, node, corners, length):
 
 @kernel
 def part_pair(nodes, mass, blows, course, sheet, now, node, corners, weights, slowing, nx, ny, nz):
-    """Take so much (m/s) from the speed at which a pair closes along the normal. Returns 1, 0 where both are held.
+    """Take so much (m/s) from the speed at which a pair closes along the normal. Returns 1, or 0 where none gives way.
 
     The impulse p, times the sum of the weights on the node and -weight on each corner, is that of 1/m = sum weight^2/m_i, with
     what ground, cover and cargo leave of each 1/m_i where it is pushed against them.
@@ -128,9 +128,11 @@ def freedom_of(nodes, course, sheet, node, nx, ny, nz):
         against = nz
     elif on_cover(course, sheet, x, y, z):
         against = nz if z > 0.0 else -nz
+    elif beside_cargo(course, sheet, x, y, z) and z > sheet.cargo_height:
+        against = nz
     elif beside_cargo(course, sheet, x, y, z):
         against = (x * nx + y * ny) / sheet.cargo_radius
-    elif sheet.axis == 1 and x <= GAP:
+    elif sheet.axis == 1 and x <= (1.0 + BESIDE) * GAP:
         against = nx
     return 1.0 - min(against, 0.0) ** 2
 

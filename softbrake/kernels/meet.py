@@ -18,6 +18,7 @@ EDGES = 2**62  # bit of a pair of edges
 TOUCHING = 1e-3  # of the gap; nearer than this the direction from face to node says nothing
 ROUND_OFF = 1e-12  # of the gap, by which what lies in one plane seems to pass
 SMALLEST = 1e-30  # m
+PARALLEL = 1e-12  # sine squared, below which round-off would choose where two edges are nearest
 NEAR = 0.1  # of the gap
 REBOUND = 0.5  # of the speed of closing
 BISECTIONS = 50
@@ -160,7 +161,7 @@ def nearest_on_edges(q):
     aa, bb, ab = ax * ax + ay * ay + az * az, bx * bx + by * by + bz * bz, ax * bx + ay * by + az * bz
     ar, br = -(ax * qx[1] + ay * qy[1] + az * qz[1]), -(bx * qx[1] + by * qy[1] + bz * qz[1])
     square = aa * bb - ab * ab
-    s = min(max((ab * br - ar * bb) / square, 0.0), 1.0) if square > SMALLEST * aa * bb else 0.5
+    s = min(max((ab * br - ar * bb) / square, 0.0), 1.0) if square > PARALLEL * aa * bb else 0.5
     t = (ab * s + br) / bb
     inside = 0.0 < t < 1.0
     t = min(max(t, 0.0), 1.0)
@@ -173,9 +174,9 @@ def nearest_on_edges(q):
 
 @kernel
 def nearest(edges, q):
-    """Return the distance (m) of a pair, the vector from its second to its first part, the weights, whether it may press there.
+    """Return the distance (m) of a pair, the vector from its second to its first part, the weights, and whether it presses there.
 
-    Where an edge is nearest at its end, it is the node there that presses on a face.
+    Edges do not where one is nearest at its end: there it is a node that presses on a face.
     """
     if edges:
         return nearest_on_edges(q)
@@ -344,8 +345,8 @@ def meet(nodes, edges, node, corners, breadth, length, gap, part):
             return distance, PASSES, slowing_of(closing, old, old - closing * length, gap, part, length), nx, ny, nz, weights_then
     elif distance >= gap or not presses:
         return distance, APART, 0.0, 0.0, 0.0, 0.0, weights
-    old, ox, oy, oz, old_weights, presses = nearest(edges, start)
-    if time > 1.0 and (distance >= ENOUGH * min(gap, part * old) or not presses):
+    old, ox, oy, oz, old_weights, pressed = nearest(edges, start)
+    if time > 1.0 and (distance >= ENOUGH * min(gap, part * old) or not pressed):
         return distance, APART, 0.0, 0.0, 0.0, 0.0, weights
     if time > 1.0 and distance > TOUCHING * gap:
         nx, ny, nz = rx / distance, ry / distance, rz / distance
