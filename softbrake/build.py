@@ -214,7 +214,7 @@ def build_folds(nodes: int, rows: int, columns: int, pairs: float) -> Folds:
         pairs=np.zeros(room, np.int64),
         wake=np.zeros(room),
         awake=np.zeros(room, np.int64),
-        contacts=np.zeros((room, 10)),
+        contacts=np.zeros((room, 9)),
         path=np.zeros(nodes),
         step=np.zeros(nodes),
         margin=np.full(nodes, -1.0),  # used up

@@ -304,9 +304,8 @@ class Folds(NamedTuple):
     wake: Floats  # m, (capacity,), travel of node and face, or of both edges, at which a pair is to be looked at again
     awake: Ints  # (capacity,), the pairs that may meet in this step, by slot: nodes and faces from the front, edges from the end
     # Of those awake, by slot, at n: unit vector to the node from face or edge, the corners' weights, speed of closing allowed
-    # (m/s), how far face or edge reach along the vector (m, negative; inf where the two touch), speed of closing with the
-    # space under the cover (m/s).
-    contacts: Floats  # (capacity, 10)
+    # (m/s), how far face or edge reach along the vector (m, negative; inf where the two touch).
+    contacts: Floats  # (capacity, 9)
     path: Floats  # m, (nodes,), travelled since the last search
     step: Floats  # m, (nodes,), in this step
     margin: Floats  # m, (nodes,), that may be travelled until the next search

@@ -11,22 +11,13 @@ BESIDE = 1e-9  # part of the cargo's radius, or of the gap kept from the cover, 
 
 
 @kernel
-def room(height, sheet):
-    """Return what cushions are a part of (m): the cell, or the space between the ground and a cover so high if that is narrower.
+def room(course, sheet):
+    """Return what cushions are a part of (m): the cell, or the space between ground and cover where that is narrower.
 
-    Cloth has no thickness to be squeezed: where the cover comes down on a pile, all distances in it may shrink with that space.
+    Cloth has no thickness to be squeezed. Cushions of fixed thickness would fill what is left under the cover, and ground and
+    cover, both rigid, would drive the cloth between them to and fro in each step anew: a force that grows as steps shrink.
     """
-    return min(sheet.edge, height - sheet.ground) if sheet.cover == 1 else sheet.edge
-
-
-@kernel
-def kept(course, sheet):
-    """Return the part of a distance between folds that a step leaves where they are pressed: 1 as long as there is room.
-
-    If pressed folds came no nearer to each other, ground and cover, both rigid, would drive the cloth between them to and fro in
-    each pass: a force out of nothing that grows as steps shrink.
-    """
-    return min(room(course.next_cover, sheet) / room(course.cover, sheet), 1.0)
+    return min(sheet.edge, course.next_cover - sheet.ground) if sheet.cover == 1 else sheet.edge
 
 
 @kernel

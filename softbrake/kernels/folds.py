@@ -12,7 +12,7 @@ from math import inf, sqrt
 
 from numba import uint64
 
-from softbrake.kernels.blows import GAP_PASSED, kept, may_pass, merge_nodes, part_pair, room
+from softbrake.kernels.blows import GAP_PASSED, may_pass, merge_nodes, part_pair, room
 from softbrake.kernels.jit import kernel
 from softbrake.kernels.meet import APART, EDGES, PASSES, SECOND, SMALLEST, closing_along, meet, members_of, nearest, seen_from
 from softbrake.kernels.near import find_pairs
@@ -193,8 +193,8 @@ def wake_pairs(nodes, folds, course, sheet):
     A pair at some distance sleeps until it can have travelled it. Slots of folds.awake and contacts are taken from the front by
     nodes and faces, from the end by edges.
     """
-    pairs, wake, contacts, part = folds.pairs, folds.wake, folds.contacts, kept(course, sheet)
-    thick, length = CUSHION * room(course.next_cover, sheet), course.length
+    pairs, wake, contacts = folds.pairs, folds.wake, folds.contacts
+    thick, length = CUSHION * room(course, sheet), course.length
     front, back = 0, 0
     for k in range(folds.counts[FoldCount.PAIRS]):
         pair = pairs[k]
@@ -211,7 +211,7 @@ def wake_pairs(nodes, folds, course, sheet):
         front, back = front + int(not edges), back + int(edges)
         slot = pairs.size - back if edges else front - 1
         folds.awake[slot] = pair
-        write_contact(contacts[slot], edges, start, distance, x, y, z, weights, presses, thick, part, length)
+        write_contact(contacts[slot], edges, start, distance, x, y, z, weights, presses, thick, length)
     return front, back
 
 
@@ -230,7 +230,7 @@ def travel_of(nodes, faces, pair):
 
 
 @kernel
-def write_contact(contact, edges, start, distance, x, y, z, weights, presses, thick, part, length):
+def write_contact(contact, edges, start, distance, x, y, z, weights, presses, thick, length):
     """Write how a pair stands at n, see Folds.contacts: x, y, z (m) from the face to the node; start: corners seen from it."""
     scale = 1.0 / max(distance, SMALLEST)
     qx, qy, qz = start
@@ -240,13 +240,11 @@ def write_contact(contact, edges, start, distance, x, y, z, weights, presses, th
     for k in range(1, 4):
         reach = max(reach, scale * (x * qx[k] + y * qy[k] + z * qz[k]))
     reach -= own
-    squeezed = (1.0 - part) * distance / length
-    allowed = (distance - thick) / length - squeezed
+    allowed = (distance - thick) / length
     contact[0], contact[1], contact[2] = scale * x, scale * y, scale * z
     contact[3], contact[4], contact[5], contact[6] = weights
-    contact[7] = inf if not presses else squeezed + (allowed if allowed > 0.0 else SPRING * allowed)
+    contact[7] = inf if not presses else allowed if allowed > 0.0 else SPRING * allowed
     contact[8] = reach if distance > TINY * thick else inf
-    contact[9] = squeezed
 
 
 @kernel
@@ -261,7 +259,7 @@ def press_cushion(nodes, mass, blows, folds, course, sheet, slot):
     _, node, corners = members_of(folds.awake[slot], sheet)
     nx, ny, nz, weights = contact[0], contact[1], contact[2], (contact[3], contact[4], contact[5], contact[6])
     closing = closing_along(nodes, node, corners, weights, nx, ny, nz)
-    slowing = min(closing - contact[7], (1.0 + REBOUND) * (closing - contact[9]))
+    slowing = min(closing - contact[7], (1.0 + REBOUND) * closing)
     if slowing > 0.0:
         now = folds.counts[FoldCount.PASSES]
         part_pair(nodes, mass, blows, course, sheet, now, node, corners, weights, slowing, nx, ny, nz)
@@ -278,8 +276,7 @@ def try_pairs(nodes, mass, blows, folds, course, sheet, awake, tries):
     stamp, counts = folds.stamp, folds.counts
     before = counts[FoldCount.PASSES]
     counts[FoldCount.PASSES] += 1
-    gap, part, pushed = GAP_PASSED * room(course.next_cover, sheet), kept(course, sheet), 0
-    stuck = 0
+    gap, pushed, stuck = GAP_PASSED * room(course, sheet), 0, 0
     for k in range(awake[0] + awake[1]):
         slot = slot_of(k, awake, folds)
         edges, node, corners = members_of(folds.awake[slot], sheet)
@@ -288,7 +285,7 @@ def try_pairs(nodes, mass, blows, folds, course, sheet, awake, tries):
             continue
         if not may_pass(nodes, folds.contacts[slot], edges, node, corners, course.length):
             continue
-        _, how, slowing, nx, ny, nz, weights = meet(nodes, edges, node, corners, sheet.breadth, course.length, gap, part)
+        _, how, slowing, nx, ny, nz, weights = meet(nodes, edges, node, corners, sheet.breadth, course.length, gap)
         if how == APART:
             continue
         if tries >= PUSHES or slowing <= 0.0:
@@ -304,12 +301,12 @@ def try_pairs(nodes, mass, blows, folds, course, sheet, awake, tries):
 @kernel
 def book_failure(nodes, folds, course, sheet, awake):
     """Count the pairs that pass though the passes are used up, and raise the largest penetration, over the unloaded cell."""
-    gap, part, length = GAP_PASSED * room(course.next_cover, sheet), kept(course, sheet), course.length
+    gap, length = GAP_PASSED * room(course, sheet), course.length
     for k in range(awake[0] + awake[1]):
         slot = slot_of(k, awake, folds)
         edges, node, corners = members_of(folds.awake[slot], sheet)
         if may_pass(nodes, folds.contacts[slot], edges, node, corners, length):
-            found = meet(nodes, edges, node, corners, sheet.breadth, length, gap, part)
+            found = meet(nodes, edges, node, corners, sheet.breadth, length, gap)
             if found[1] == PASSES:
                 folds.counts[FoldCount.PIERCED] += 1
                 folds.penetration[0] = max(folds.penetration[0], found[0] / sheet.edge)

@@ -325,10 +325,10 @@ def closing_along(nodes, node, corners, weights, nx, ny, nz):
 
 
 @kernel
-def meet(nodes, edges, node, corners, breadth, length, gap, part):
+def meet(nodes, edges, node, corners, breadth, length, gap):
     """Return how a pair meets in the step to n+1: distance (m) there, how, slowing (m/s), normal, weights.
 
-    What is a gap apart at n stays so, what is nearer keeps that part of its distance, what is on one side stays there. slowing
+    What is a gap apart at n stays so, what is nearer comes no nearer, what is on one side stays there. slowing
     is what the speed of closing along the normal has to lose for that, at most all of it: rest is always allowed, so no energy
     arises. 0 where nothing is to do. how: PASSES where the node passes the face, or edge edge; TOUCHES where but for round-off.
     """
@@ -342,34 +342,33 @@ def meet(nodes, edges, node, corners, breadth, length, gap, part):
             return distance, APART, 0.0, 0.0, 0.0, 0.0, weights
         if closing > 0.0:
             old = time * closing * length
-            return distance, PASSES, slowing_of(closing, old, old - closing * length, gap, part, length), nx, ny, nz, weights_then
+            return distance, PASSES, slowing_of(closing, old, old - closing * length, gap, length), nx, ny, nz, weights_then
     elif distance >= gap or not presses:
         return distance, APART, 0.0, 0.0, 0.0, 0.0, weights
     old, ox, oy, oz, old_weights, pressed = nearest(edges, start)
-    if time > 1.0 and (distance >= ENOUGH * min(gap, part * old) or not pressed):
+    if time > 1.0 and (distance >= ENOUGH * min(gap, old) or not pressed):
         return distance, APART, 0.0, 0.0, 0.0, 0.0, weights
     if time > 1.0 and distance > TOUCHING * gap:
         nx, ny, nz = rx / distance, ry / distance, rz / distance
         closing = closing_along(nodes, node, corners, weights, nx, ny, nz)
-        return distance, APART, slowing_of(closing, old, distance, gap, part, length), nx, ny, nz, weights
+        return distance, APART, slowing_of(closing, old, distance, gap, length), nx, ny, nz, weights
     # In the plane of the face, or turned right over within the step: the direction at n still tells the sides.
     scale = 1.0 / max(old, SMALLEST)
     nx, ny, nz = scale * ox, scale * oy, scale * oz
     closing = closing_along(nodes, node, corners, old_weights, nx, ny, nz)
-    slowing = slowing_of(closing, old, old - closing * length, gap, part, length)
+    slowing = slowing_of(closing, old, old - closing * length, gap, length)
     how = PASSES if time <= 1.0 else TOUCHES if slowing > 0.0 else APART
     return distance, how, slowing, nx, ny, nz, old_weights
 
 
 @kernel
-def slowing_of(closing, old, there, gap, part, length):
-    """Return what a speed of closing (m/s) has to lose, for a gap to be left at n+1, or a part of the distance old (m) at n.
+def slowing_of(closing, old, there, gap, length):
+    """Return what a speed of closing (m/s) has to lose: the lesser of a gap and the distance old (m) at n is left at n+1.
 
     there: the distance at n+1, negative beyond the face. What has come far too near rebounds by half, lest round-off decide.
     """
-    too_fast = closing - (1.0 - part) * old / length
-    if too_fast <= 0.0:
+    if closing <= 0.0:
         return 0.0
     if old < NEAR * gap:
-        return (1.0 + REBOUND) * too_fast
-    return max(min((min(gap, part * old) - there) / length, too_fast), 0.0)
+        return (1.0 + REBOUND) * closing
+    return max(min((min(gap, old) - there) / length, closing), 0.0)
