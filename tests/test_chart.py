@@ -151,7 +151,9 @@ def test_all_kernels_of_the_plan_are_compiled_before_the_budget_counts(name: str
     module._Charter(Chart(case), 1.0, lambda done, planned, doing: None)
     settings = sorted(plan(case), key=lambda setting: setting.generatrix)
     wanted = set()
-    for setting in {(one.fidelity, size): one for size in (1, -1) for one in settings[::size]}.values():  # the coarsest, the finest
+    for setting in {
+        (one.fidelity, size): one for size in (1, -1) for one in settings[::size]
+    }.values():  # the coarsest, the finest
         drop = Drop(setting.apply(case))
         halves = isinstance(drop.sweep, Sweep) and drop.sweep.halves is not None
         wanted.add((setting.fidelity, drop.state.folds is not None, halves))
