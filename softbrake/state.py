@@ -361,7 +361,7 @@ class Edges(NamedTuple):
     elastic: Floats  # N/m, its elastic part; until then 1/s, the rate of e at n-1/2
 
 
-class Belt(NamedTuple):
+class BeltRow(NamedTuple):
     """The belt on a row of hoop edges; each (stride,)."""
 
     force: Floats  # N/m, belt force over edge length
@@ -475,7 +475,7 @@ class Sweep(NamedTuple):
 
     generatrix: Edges  # 2 rows
     hoop: Edges  # 3 rows
-    belt: Belt
+    belt: BeltRow
     tension_1: Floats  # N/m, T11 of the row under way, (stride,)
     tension_2: Floats  # N/m, T22 or N22
     cells: Cells

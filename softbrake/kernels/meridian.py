@@ -48,7 +48,8 @@ def sweep_meridian(model, state, meridian, dt, length):
     pull_hoops(fabric, nodes, meridian, side, n1)  # (2.3), (2.9)
     update_areas(nodes, meridian, model.sector.sin, n1)  # (2.7)
     if model.pressure.damping > 0.0:
-        update_damped_pressure(model.pressure, pressure, nodes, meridian.area, meridian.pressure, uint64(0), n1 + 1)  # (2.11)
+        at, count = uint64(0), lanes(n1 + 1)
+        update_damped_pressure(model.pressure, pressure, nodes, meridian.area, meridian.pressure, at, count)  # (2.11)
     elif meridian.pressure[0] != pressure:
         for i in range(lanes(n1 + 1)):
             meridian.pressure[i] = pressure
