@@ -111,8 +111,8 @@ def thread_gain(grid: tuple[int, int]) -> Row:
     most = max(round(THREADS_CHUNK / (8e-9 * (generatrix + 1) * hoop)), 2)
     seconds: dict[int, list[float]] = {1: [], 2: []}
     for _ in range(THREADS_CHUNKS):
-        for drop.threads, found in seconds.items():
-            drop.paused = 0
+        for threads, found in seconds.items():
+            drop.threads, drop.paused = threads, 0
             restore(drop, start_state)
             start = perf_counter()
             drop.advance(most=most)

@@ -10,7 +10,7 @@ from softbrake.case import Case
 from softbrake.state import (
     BLOCK,
     PAD,
-    Belt,
+    BeltRow,
     Belts,
     Books,
     Box,
@@ -214,7 +214,7 @@ def build_folds(nodes: int, rows: int, columns: int, pairs: float) -> Folds:
         pairs=np.zeros(room, np.int64),
         wake=np.zeros(room),
         awake=np.zeros(room, np.int64),
-        contacts=np.zeros((room, 10)),
+        contacts=np.zeros((room, 9)),
         path=np.zeros(nodes),
         step=np.zeros(nodes),
         margin=np.full(nodes, -1.0),  # used up
@@ -227,7 +227,7 @@ def build_folds(nodes: int, rows: int, columns: int, pairs: float) -> Folds:
         blocks=np.zeros((blocks, len(Box))),
         order=np.arange(blocks),
         cells=np.zeros(2 * (BLOCK + 1) * BLOCK, np.int64),
-        boxes=np.zeros((2 * (BLOCK + 1) * BLOCK + 1, len(Box))),
+        boxes=np.zeros((2 * (BLOCK + 1) * BLOCK, len(Box))),
         stamp=np.zeros(nodes, np.int64),
         counts=np.zeros(len(FoldCount), np.int64),
         penetration=np.zeros(1),
@@ -237,19 +237,19 @@ def build_folds(nodes: int, rows: int, columns: int, pairs: float) -> Folds:
 def with_room(folds: Folds) -> Folds:
     """Return the arrays of the contact of folds with room for twice as many pairs, and those there are."""
     folds.counts[FoldCount.CRAMPED] = 0
+    folds.counts[FoldCount.STALE] = 1  # some pairs found no room
+    folds.scale[0] = 1.0
     more = {name: np.concatenate((part, np.zeros_like(part))) for name, part in folds._asdict().items() if name in BY_PAIR}
     return folds._replace(**more)
 
 
-def build_sweep(model: Model, folds: bool = False) -> Sweep:
-    """Return the scratch arrays of a step; folds: whether those are asked for."""
+def build_sweep(model: Model, folds: bool = False, beside: Sweep | None = None) -> Sweep:
+    """Return the scratch arrays of a step; folds: whether those are asked for. beside: of the thread that this one helps."""
     lanes, stride = _lanes(model.n2), model.stride
-    count, size = (model.n1 + 1, stride) if folds or model.lobes.below.size > 0 else (1, 1)
-    before, free = (_rows(count, size, fields) for fields in (Nodes._fields, Rows._fields))
     return Sweep(
         generatrix=Edges(*_rows(2, stride, Edges._fields)),
         hoop=Edges(*_rows(3, stride, Edges._fields)),
-        belt=Belt(*_rows(1, stride, Belt._fields)),
+        belt=BeltRow(*_rows(1, stride, BeltRow._fields)),
         tension_1=_rows(1, stride, ("tension_1",))[0],
         tension_2=_rows(1, stride, ("tension_2",))[0],
         cells=Cells(*_rows(2, stride, Cells._fields)),
@@ -263,9 +263,15 @@ def build_sweep(model: Model, folds: bool = False) -> Sweep:
         top_belt=Top(*_rows(1, lanes, Top._fields)),
         by_column=ByColumn(*_rows(1, lanes, ByColumn._fields)),
         by_row=_by_row(model),
-        parting=Parting(Nodes(*before), Rows(*free), np.zeros(2)),
-        halves=build_halves(model) if in_halves(model.n1, model.n2) else None,
+        parting=_parting(model, folds) if beside is None else beside.parting,
+        halves=beside.halves if beside is not None else build_halves(model) if in_halves(model.n1, model.n2) else None,
     )
+
+
+def _parting(model: Model, folds: bool) -> Parting:
+    count, size = (model.n1 + 1, model.stride) if folds or model.lobes.below.size > 0 else (1, 1)
+    before, free = (_rows(count, size, fields) for fields in (Nodes._fields, Rows._fields))
+    return Parting(Nodes(*before), Rows(*free), np.zeros(2))
 
 
 def in_halves(n1: int, n2: int) -> bool:

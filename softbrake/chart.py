@@ -20,7 +20,7 @@ from typing import Literal, NamedTuple
 from softbrake.build import ONE_COLUMN
 from softbrake.case import Case, Fidelity
 from softbrake.convergence import CAUTION, estimate
-from softbrake.drop import Diverged, Drop
+from softbrake.drop import Diverged, Drop, compile_kernels, kernels_of
 from softbrake.keys import UNKNOWN_CONTACT
 from softbrake.ladder import (
     COURANT,
@@ -332,8 +332,7 @@ class _Charter:
         self.found, self.case, self.report = found, found.case, report
         self.settings = plan(self.case)
         self.costs: list[tuple[Setting, float]] = []  # wall seconds that settings took, as the budget counts
-        for setting in {one.fidelity: one for one in self.settings}.values():
-            Drop(setting.apply(self.case)).advance(most=0)  # compiles
+        compile_kernels(kernels_of(setting.apply(self.case) for setting in self.settings))
         self.budget = budget
         self.due = time.perf_counter() + SHARE * budget  # by when the reference should be done
         self.planned = len(self.settings)

@@ -569,7 +569,7 @@ def chart(
 
     from softbrake import console
     from softbrake.chart import chart as compute
-    from softbrake.chart import write_csv
+    from softbrake.chart import plan, write_csv
     from softbrake.diagram import draw_chart
     from softbrake.drop import Diverged
     from softbrake.plot import PlotError, check_picture
@@ -578,7 +578,7 @@ def chart(
         check_picture(picture)
     except PlotError as error:
         _fail(error)
-    _compile([case], quiet, every=True)
+    _compile((setting.apply(case) for setting in plan(case)), quiet)
     try:
         with console.chart_progress(quiet=quiet) as callback:
             found = compute(case, budget, callback)
@@ -694,8 +694,8 @@ def _warn_of_long_steps(cases: Iterable[Case]) -> None:
     warnings.simplefilter("ignore", LongStep)
 
 
-def _compile(cases: Iterable[Case], quiet: bool, every: bool = False) -> None:
-    """Load what runs of the cases, or of every fidelity, need; say so where it is not compiled yet, and compile it."""
+def _compile(cases: Iterable[Case], quiet: bool) -> None:
+    """Load what runs of the cases need; say so where it is not compiled yet, and compile it."""
     with _leaving_at_once():
         from softbrake.drop import compile_kernels, kernels_of
         from softbrake.kernels.jit import before_compiling
@@ -705,7 +705,7 @@ def _compile(cases: Iterable[Case], quiet: bool, every: bool = False) -> None:
                 typer.echo(f"compiling kernels (first run only, {COMPILING}) ...", err=True)
 
         with before_compiling(say):
-            compile_kernels(kernels_of(cases, every))
+            compile_kernels(kernels_of(cases))
 
 
 def _beside(result: Path, suffix: str) -> Path:

@@ -7,7 +7,7 @@ import os
 import sys
 import time
 from collections.abc import Callable, Iterable
-from concurrent.futures import ThreadPoolExecutor
+from concurrent.futures import Future, ThreadPoolExecutor
 from functools import cached_property
 from pathlib import Path
 from typing import NamedTuple
@@ -43,7 +43,7 @@ from softbrake.kernels.step import advance
 from softbrake.kernels.timestep import stable_step
 from softbrake.relax import TOLERANCE, Relaxation, relax
 from softbrake.results import ResultFile
-from softbrake.state import PAD, Floats, FoldCount, History, Meridian, Model, Nodes, Outcome, Peak, State, Sweep, Turn
+from softbrake.state import PAD, Floats, FoldCount, History, Ints, Meridian, Model, Nodes, Outcome, Peak, State, Sweep, Turn
 from softbrake.summary import LARGEST_GAIN, ModelUsed, Summary, Work
 from softbrake.summary import Peak as PeakFound
 
@@ -55,7 +55,7 @@ ALL_KERNELS = (  # fidelity; whether folds are in contact; whether steps are tak
     ("full", False, True),
     ("full", True, True),
 )
-NODE_STEPS_PER_CHUNK = 2_000_000  # about 0.1 s between chances for progress and Ctrl-C
+NODE_STEPS_PER_CHUNK = 2_000_000  # about 15 ms between chances for progress and Ctrl-C
 HISTORY_ROWS = 4096
 UNCROWDED = 0.85  # of two cores that two threads have in a chunk, where nobody else wants one
 LONGEST_PAUSE = 63  # chunks without a second thread after one that was crowded
@@ -100,11 +100,11 @@ def cores() -> int:
     return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 
 
-def kernels_of(cases: Iterable[Case], every: bool = False) -> set[tuple[str, bool, bool]]:
-    """Return which of ALL_KERNELS runs of cases, or of every fidelity, need; grids of a climb count as small."""
+def kernels_of(cases: Iterable[Case]) -> set[tuple[str, bool, bool]]:
+    """Return which of ALL_KERNELS runs of cases need; grids of a climb count as small."""
     wanted = set()
     for case in cases:
-        climbs, grid = every or case.tolerance is not None, case.grid
+        climbs, grid = case.tolerance is not None, case.grid
         for fidelity in KERNELS if climbs else [case.model.fidelity]:
             shell = not climbs and fidelity not in ONE_COLUMN
             halves = shell and in_halves(grid.generatrix, case.model.sector or grid.hoop)
@@ -141,14 +141,14 @@ def run(
 ) -> Summary:
     """Run a drop to impact, full stop or `time.end` and return its answer.
 
-    results: path of the result file to write, or None for none. progress: called about ten times a second. amend: completes the
-    answer before it is kept. disturbed: size (m) and seed, as of `Drop.disturb`.
+    results: path of the result file to write, or None for none. progress: called after each chunk of steps, some 15 ms. amend:
+    completes the answer before it is kept. disturbed: size (m) and seed, as of `Drop.disturb`.
     Ctrl-C ends the run early with outcome "interrupted" and a whole result file.
     Raises Diverged where the computation fails; the result file is readable up to there.
     """
     drop = Drop(case)
     drop.advance(most=0)  # loads or compiles the kernels, before an older result file is replaced
-    drop.threads = min(cores(), 2)
+    drop.threads = 1 if sys.platform == "win32" else min(cores(), 2)  # there CLOCK does not tell when another one only waits
     if disturbed is not None:
         drop.disturb(*disturbed)
     if results is None:
@@ -172,6 +172,8 @@ class Drop:
         self.interval = case.output.history_interval  # steps between rows of the history
         self.most = max(NODE_STEPS_PER_CHUNK // ((self.model.n1 + 1) * self.model.n2), 1)  # steps of a chunk
         self.threads = 1  # 2: another one takes half of each step, where the grid is worth it; no digit hangs on it
+        self.shared = 0  # steps of which another thread took half
+        self._passes = 0  # over folds, before the last chunk
         self.paused = self._pause = 0  # chunks without a second thread: left, and in all, since the last with one was crowded
         self.kernel_seconds = 0.0
         if case.initial == "inflated" and case.model.fidelity != "lumped":  # gas alone has no shape
@@ -204,32 +206,50 @@ class Drop:
         Returns the new rows, a view that the next call overwrites, and the outcome: RUNNING where it only paused.
         Adds to kernel_seconds, CPU seconds of all threads.
         """
-        if self.threads == 1 or self.paused > 0 or not isinstance(self.sweep, Sweep) or self.sweep.halves is None:
+        touching = self._touching()
+        if self.threads == 1 or self.paused > 0 or touching or not isinstance(self.sweep, Sweep) or self.sweep.halves is None:
             self.paused = max(self.paused - 1, 0)
             return self._advance(until, most)
         turn, start, before = self.sweep.halves.turn, time.perf_counter(), self.kernel_seconds
-        with ThreadPoolExecutor(1) as helper:
+        with ThreadPoolExecutor(1) as pool:
             try:
-                turn[0] = Turn.FREE
-                helping = helper.submit(self._help)
+                helping = self._helper(pool, turn)
                 advanced = self._advance(until, most)
             finally:
                 turn[0] = Turn.ALONE
+        if helping is None:
+            return advanced
         self.kernel_seconds += helping.result()
         crowded = self.kernel_seconds - before < UNCROWDED * 2.0 * (time.perf_counter() - start)
         self.paused = self._pause = min(2 * self._pause + 1, LONGEST_PAUSE) if crowded else 0
         return advanced
 
-    def _help(self) -> float:
+    def _touching(self) -> bool:
+        """Whether folds were parted in the chunk before: that is most of a step then, and the leading thread's alone."""
+        folds, before = self.state.folds, self._passes
+        if folds is not None:
+            self._passes = int(folds.counts[FoldCount.PASSES])
+        return self._passes > before
+
+    def _helper(self, pool: ThreadPoolExecutor, turn: Ints) -> Future[float] | None:
+        """Let a thread help; None, now and later, where there is no room for its scratch or for another thread."""
+        try:
+            second = self._second_sweep
+            turn[0] = Turn.FREE
+            return pool.submit(self._help, second)
+        except (MemoryError, RuntimeError):
+            turn[0], self.threads = Turn.ALONE, 1
+            return None
+
+    def _help(self, second: Sweep) -> float:
         """Sweep lower halves for another thread until there will be none; return CPU seconds."""
         start = CLOCK()
-        advance(self.model, self.state, self._second_sweep, self.history, 1, HELP, math.inf)
+        self.shared += advance(self.model, self.state, second, self.history, 1, HELP, math.inf)[0]
         return CLOCK() - start
 
     @cached_property
     def _second_sweep(self) -> Sweep:
-        first: Sweep = self.sweep  # type: ignore[assignment]
-        return build_sweep(self.model)._replace(parting=first.parting, halves=first.halves)
+        return build_sweep(self.model, beside=self.sweep)  # type: ignore[arg-type]
 
     def _advance(self, until: float, most: int) -> tuple[Floats, Outcome]:
         start = CLOCK()

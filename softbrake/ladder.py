@@ -16,9 +16,10 @@ from itertools import pairwise
 from pathlib import Path
 
 from softbrake import drop
+from softbrake.build import in_halves
 from softbrake.case import Case, Fidelity, LongStep, auto_courant, long_steps
 from softbrake.convergence import Estimate, estimate
-from softbrake.drop import Diverged, Drop, Progress
+from softbrake.drop import Diverged, Drop, Progress, compile_kernels, kernels_of
 from softbrake.keys import CONTACT_SETS, UNKNOWN_CONTACT
 from softbrake.state import History, Outcome
 from softbrake.summary import Rung, Summary
@@ -384,8 +385,9 @@ class _Climber:
         """
         cells = max(PROBE, self.coarsest)
         for n1 in (cells, 2 * cells):
+            case = self.whole(n1)
             started = time.perf_counter()
-            reason, part = self.not_round(n1)
+            reason, part = self.not_round(case)
             seconds = time.perf_counter() - started
             if reason:
                 return reason, n1 == cells and OUT_OF_ROUND < part < math.inf and self.unmoved(cells, seconds)
@@ -395,9 +397,18 @@ class _Climber:
                 return "whether the shell stays round takes a finer grid than the budget allows", False
         return "", False
 
-    def not_round(self, cells: int) -> tuple[str, float]:
-        """Say why the full shell on a grid is not round, "" if it is; and how far it gets out of round, over the radius."""
+    def whole(self, cells: int) -> Case:
+        """The full shell on a grid. The kernel of a large one is another to compile, which is no cost of a rung."""
         case = level(self.case, "full", cells, 2 * cells)
+        if in_halves(cells, 2 * cells):
+            started = time.perf_counter()
+            compile_kernels(kernels_of([case]))
+            self.start += time.perf_counter() - started
+        return case
+
+    def not_round(self, case: Case) -> tuple[str, float]:
+        """Say why a full shell is not round, "" if it is; and how far it gets out of round, over the radius."""
+        cells = case.grid.generatrix
         started = time.perf_counter()
         try:
             probed, lopsided = probe(case)
@@ -429,7 +440,7 @@ class _Climber:
         for n1, seed in ((cells, 2), (cells, 3), (cells, 4), (2 * cells, 1)):
             if self.apart > allowed or (seconds if n1 == cells else FINER * seconds) > self.left():
                 return False
-            case = level(self.case, "full", n1, 2 * n1)
+            case = self.whole(n1)
             started = time.perf_counter()
             try:
                 summary, _ = self.timed(case, seed)
@@ -457,7 +468,7 @@ class _Climber:
         best = None
         while True:
             n1 = round(cells)
-            case = level(self.case, "full", n1, 2 * n1)
+            case = self.whole(n1)
             runs, started = [], time.perf_counter()
             for seed in range(len(SEEDS)):
                 try:

@@ -99,14 +99,14 @@ class FoldCount(IntEnum):
     STALE = 1  # 1: near pairs are to be searched for anew
     CRAMPED = 2  # 1: there were more than the arrays hold
     PAIRS = 3  # near one another
-    PIERCED = 4  # nodes that passed through faces, over the run
+    PIERCED = 4  # pairs that passed each other, in each step, over the run
     SEARCHES = 5  # over the run
     TESTS = 6  # of boxes in them
     PASSES = 7  # over the awake pairs, over the run
 
 
 class Box(IntEnum):
-    """Columns of `Folds.blocks`: a box (m) around a block of cloth, and the cone of its normals."""
+    """Columns of `Folds.blocks` and boxes: a box (m) around a block of cloth, and the cone of its normals."""
 
     LOW_X = 0
     LOW_Y = 1
@@ -298,16 +298,14 @@ class Work(NamedTuple):
 
 
 class Folds(NamedTuple):
-    """Nodes and faces of the shell near one another, and the search for them."""
+    """Nodes and faces, and edges, of the shell near one another, and the search for them."""
 
     pairs: Ints  # (capacity,), node times 2^32 plus the face's lower left node, or edges: see kernels.meet
     wake: Floats  # m, (capacity,), travel of node and face, or of both edges, at which a pair is to be looked at again
     awake: Ints  # (capacity,), the pairs that may meet in this step, by slot: nodes and faces from the front, edges from the end
-    contacts: (
-        Floats  # (capacity, 10), of those awake, by slot, at n: unit vector to the node from face or edge, the corners' weights,
-    )
-    # speed of closing allowed (m/s), how far face or edge reach along the vector (m, negative; inf where the two touch), speed
-    # of closing with the space under the cover (m/s)
+    # Of those awake, by slot, at n: unit vector to the node from face or edge, the corners' weights, speed of closing allowed
+    # (m/s), how far face or edge reach along the vector (m, negative; inf where the two touch).
+    contacts: Floats  # (capacity, 9)
     path: Floats  # m, (nodes,), travelled since the last search
     step: Floats  # m, (nodes,), in this step
     margin: Floats  # m, (nodes,), that may be travelled until the next search
@@ -320,7 +318,7 @@ class Folds(NamedTuple):
     blocks: Floats  # (blocks, len(Box))
     order: Ints  # (blocks,), by lower x
     cells: Ints  # (cells of two blocks,), scratch
-    boxes: Floats  # (cells of two blocks and one, len(Box)), scratch
+    boxes: Floats  # (cells of two blocks, len(Box)), scratch
     stamp: Ints  # (nodes,), pass in which a node was last pushed
     counts: Ints  # (len(FoldCount),)
     penetration: Floats  # (1,), largest so far, over the unloaded cell
@@ -363,7 +361,7 @@ class Edges(NamedTuple):
     elastic: Floats  # N/m, its elastic part; until then 1/s, the rate of e at n-1/2
 
 
-class Belt(NamedTuple):
+class BeltRow(NamedTuple):
     """The belt on a row of hoop edges; each (stride,)."""
 
     force: Floats  # N/m, belt force over edge length
@@ -477,7 +475,7 @@ class Sweep(NamedTuple):
 
     generatrix: Edges  # 2 rows
     hoop: Edges  # 3 rows
-    belt: Belt
+    belt: BeltRow
     tension_1: Floats  # N/m, T11 of the row under way, (stride,)
     tension_2: Floats  # N/m, T22 or N22
     cells: Cells

@@ -129,7 +129,7 @@ class Summary:
     peaks: dict[str, Peak]  # keys as the four fields above, where they are not None
     work: Work
     largest_penetration: float  # of folds into one another, over an unloaded cell
-    crossings: int  # how often a node was not kept from passing a fold; not in steps that take half the cover's height
+    crossings: int  # how often a pair of folds was not kept from passing, in each step; not in the last 1e-5 m
     energy_error: float  # residual of the work ledger over initial kinetic plus potential energy
     fabric_gain: float  # what fabric and belts gave beyond what they took and had, over the same; above 0 it came from nowhere
     steps: int

@@ -346,6 +346,14 @@ def forces_of(model: Model, x: Floats, v: Floats, time: float) -> Forces:
     }
 
 
+def lying_area(x: Floats, forces: Forces) -> float:
+    """Area of cloth on the ground, m^2: of each free node the part of its load that the ground bears."""
+    facing = -np.minimum(area_vectors(x)[..., 2], 0.0)
+    load = np.where(facing > 0.0, -forces[History.WORK_PRESSURE][..., 2], 0.0) - forces[History.WORK_GRAVITY][..., 2]
+    share = np.minimum(forces[History.WORK_GROUND][..., 2] / np.maximum(load, 1e-30), 1.0)
+    return float(facing[0].sum() + (facing * share)[FREE].sum())
+
+
 def step(model: Model, x: Floats, v: Floats, time: float, dt: float, step: float) -> Step:
     """x: places at n, v: velocities at n-1/2; dt: from n-1/2 to n+1/2; step: from n to n+1."""
     forces = forces_of(model, x, v, time)
@@ -380,7 +388,7 @@ def step(model: Model, x: Floats, v: Floats, time: float, dt: float, step: float
         History.ACCELERATION: acceleration,
         History.PRESSURE: uniform,
         History.COVER_FORCE: lift,
-        History.GROUND_AREA: model.cover_area - float(np.minimum(area_vectors(x)[FREE, :, 2], 0.0)[through].sum()),
+        History.GROUND_AREA: model.cover_area + lying_area(x, forces),
         History.GROUND_FORCE: on_cover - float(total[0, :, 2].sum()) + float(forces[History.WORK_GROUND][..., 2].sum()),
         **{which: value for which, (value, _) in top.items()},
     }

@@ -36,6 +36,7 @@ from softbrake.cli import app
 from softbrake.console import print_chart
 from softbrake.drop import Drop
 from softbrake.ladder import level
+from softbrake.state import Sweep
 
 CONFIGS = Path(__file__).resolve().parents[1] / "configs"
 SCENE = CONFIGS / "no-belts.yaml"
@@ -140,6 +141,24 @@ def test_plan_holds_the_papers_setting_and_whole_sectors() -> None:
     assert {setting.fidelity for setting in plan(folds)} == {"lumped", "axisymmetric", "full"}  # a sector knows no folds
     many = package.load_case(CONFIGS / "paper.yaml", ["belts.count=30", "grid.generatrix=90", "belts.width=2 mm"])
     assert min(setting.generatrix for setting in plan(many)) >= 18  # half a cell off the covers
+
+
+@pytest.mark.parametrize("name", ["paper", "paper-contact"])
+def test_all_kernels_of_the_plan_are_compiled_before_the_budget_counts(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    case = package.load_case(CONFIGS / f"{name}.yaml")
+    compiled: list[tuple[str, bool, bool]] = []
+    monkeypatch.setattr(module, "compile_kernels", compiled.extend)
+    module._Charter(Chart(case), 1.0, lambda done, planned, doing: None)
+    settings = sorted(plan(case), key=lambda setting: setting.generatrix)
+    wanted = set()
+    for setting in {
+        (one.fidelity, size): one for size in (1, -1) for one in settings[::size]
+    }.values():  # the coarsest, the finest
+        drop = Drop(setting.apply(case))
+        halves = isinstance(drop.sweep, Sweep) and drop.sweep.halves is not None
+        wanted.add((setting.fidelity, drop.state.folds is not None, halves))
+    assert wanted == set(compiled)
+    assert {halves for fidelity, _, halves in compiled if fidelity == "full"} == {False, True}
 
 
 @pytest.fixture(scope="module")

@@ -1,4 +1,4 @@
-"""Contact of folds: no node passes a face, nothing sticks, momentum and energy stay closed, the search finds what is near."""
+"""Contact of folds: nothing passes, nothing sticks, momentum and energy stay closed, the search finds what is near."""
 
 from math import inf
 from pathlib import Path
@@ -22,6 +22,7 @@ from naive_folds import (
 import softbrake
 from softbrake.build import BY_PAIR, build_folds, grid_view, meridian_view, with_room
 from softbrake.drop import Drop
+from softbrake.kernels.blows import freedom_of
 from softbrake.kernels.folds import CUSHION, part_moved
 from softbrake.kernels.meet import EDGES, NEVER, SECOND, crossing_of, crossing_of_edges, nearest_on_edges, nearest_on_face
 from softbrake.kernels.motion import close_nodes
@@ -265,6 +266,62 @@ def test_layers_that_do_not_match_never_pass(speed: float, seed: int) -> None:
     assert cloth.energy() < 0.8 * start[1]
     assert cloth.energy() - start[1] == pytest.approx(cloth.contact.sum(), rel=1e-12)
     assert cloth.momentum()[2] - momentum[2] == pytest.approx(cloth.impulse[1] - cloth.impulse[0], rel=1e-11)
+
+
+@pytest.mark.parametrize(
+    ("shift", "apart", "part"), [(0.0, 0.06, 0.125), (0.0, 0.03, 0.06), (0.5, 0.74, 0.06), (0.5, 0.755, 0.06)]
+)
+def test_nothing_passes_in_the_step_of_a_search(shift: float, apart: float, part: float) -> None:
+    """Layers that meet in the very step in which they are found to be near, the first one or a later one."""
+    places = two_layers(8, 10, apart * EDGE, shift)
+    velocities = np.zeros_like(places)
+    velocities[1:-1, 10:, 2] = -10.0
+    cloth = Cloth(places, velocities)
+    for _ in range(20):
+        before, after = cloth.move(part * EDGE / 10.0)
+        assert crossings(before, after) == []
+        assert entangled(after) == entangled(places)  # next to the held rows
+
+
+def test_edges_of_coaxial_rings_meet_in_their_middle() -> None:
+    """Parallel edges are near each other all along: round-off must not choose where they press, lest a round fold crumples."""
+    angles = 2 * np.pi * np.arange(25) / 24
+    for k in range(24):
+        ring, other = (
+            radius * np.stack((np.cos(angles), np.sin(angles), 0 * angles), axis=-1)[k : k + 2] for radius in (0.5, 0.47)
+        )
+        *_, weights, inside = nearest_on_edges(seen(np.concatenate((ring, other))))
+        assert inside
+        assert (-weights[0], weights[2]) == pytest.approx((0.5, 0.5), abs=1e-9)
+
+
+def backed(z: float, r: float, height: float = inf) -> tuple[Sheet, Step, Nodes]:
+    """One node at the height z (m) above a cover of 0.5 m radius and gap 1e-6 m, 0.1 m above the ground, at the radius r (m)."""
+    sheet = Sheet(2, 4, 6, 1, 0.0, EDGE, 0.0, 1, 0.5, 1, 0.5, height, 0)
+    nodes = Nodes(*(np.zeros(18) for _ in Nodes._fields))
+    nodes.x[7], nodes.z[7] = r, 0.1 + z
+    return sheet, Step(1e-5, 1e-5, 0.0, 0.1, 0.1, 1e-6, Sector(1.0, 1.0, 0.0)), nodes
+
+
+@pytest.mark.parametrize(
+    ("z", "r", "height", "wall"),
+    [
+        (-0.1, 0.4, inf, (0, 0, 1)),  # on the ground
+        (-1e-6, 0.4, inf, (0, 0, -1)),  # under the cover
+        (0.05, 0.5, inf, (1, 0, 0)),  # at the cargo's side
+        (0.05 + 1e-6, 0.4, 0.05, (0, 0, 1)),  # on its top
+        (-0.05, 0.3, inf, None),  # nowhere
+    ],
+)
+def test_walls_back_a_node(z: float, r: float, height: float, wall: tuple[int, int, int] | None) -> None:
+    """Against a wall nothing gives way, away from it all, and askew what is along it."""
+    sheet, course, nodes = backed(z, r, height)
+    normal = np.array(wall or (0, 0, 1), float)
+    along = np.array((0.0, 1.0, 0.0))
+    askew = 0.6 * normal + 0.8 * along
+    expected = (0.0, 1.0, 1.0, 1 - 0.36) if wall else (1.0,) * 4
+    for push, freedom in zip((-normal, normal, along, -askew), expected, strict=True):
+        assert freedom_of(nodes, course, sheet, 7, *push) == pytest.approx(freedom, abs=1e-12)
 
 
 def test_nothing_sticks() -> None:

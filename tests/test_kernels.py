@@ -26,7 +26,7 @@ from softbrake.kernels.geometry import clear_forces
 from softbrake.kernels.jit import NoAlias, kernel
 from softbrake.kernels.step import advance
 from softbrake.kernels.timestep import stable_step
-from softbrake.state import PAD, Belt, Cells, Edges, Floats, History, Model, Nodes, Outcome, Peak, Pressure, PressureLaw, Rows
+from softbrake.state import PAD, BeltRow, Cells, Edges, Floats, History, Model, Nodes, Outcome, Peak, Pressure, PressureLaw, Rows
 
 pytestmark = pytest.mark.kernels
 
@@ -252,7 +252,7 @@ def test_belt_tensions_and_forces(shell: Shell) -> None:
         def add(i: int, row: Rows, above: Rows) -> None:
             if i not in rows:
                 return
-            belt, tension = Belt(*(np.zeros(model.stride) for _ in Belt._fields)), np.zeros(model.stride)
+            belt, tension = BeltRow(*(np.zeros(model.stride) for _ in BeltRow._fields)), np.zeros(model.stride)
             here, below = at(model, i), at(model, i - 1)
             fabric.update_belt_tension(model.belts, i, h, g, belt, tension, here, below, here, model.n2)
             close(tension[PAD : PAD + model.n2], loads.whole[i - 1] / model.belts.width[i])

@@ -6,6 +6,7 @@ import os
 import statistics
 import subprocess
 import sys
+import time
 from dataclasses import replace
 from pathlib import Path
 
@@ -293,6 +294,23 @@ def test_climb_takes_the_courant_number_that_the_damping_allows() -> None:
 def test_wall_seconds_are_of_the_whole_climb() -> None:
     summary = climb(case(), 0.05).summary
     assert summary.wall_seconds >= sum(rung.seconds for rung in summary.ladder) - 1e-2
+
+
+def test_kernel_of_a_large_grid_is_compiled_outside_the_budget(monkeypatch: pytest.MonkeyPatch) -> None:
+    compiled: list[tuple[str, bool, bool]] = []
+
+    def compile_slowly(wanted: set[tuple[str, bool, bool]]) -> None:
+        compiled.extend(wanted)
+        time.sleep(0.1)
+
+    monkeypatch.setattr(ladder, "compile_kernels", compile_slowly)
+    climber = ladder._Climber(case(), 0.01, 60.0, None)
+    start = climber.start
+    assert climber.whole(81).grid.hoop == 162
+    assert (compiled, climber.start) == ([], start)
+    assert climber.whole(122).grid.hoop == 244
+    assert compiled == [("full", False, True)]
+    assert climber.start >= start + 0.09
 
 
 def test_cargo_that_stops_has_a_tolerance_too() -> None:

@@ -11,22 +11,13 @@ BESIDE = 1e-9  # part of the cargo's radius, or of the gap kept from the cover, 
 
 
 @kernel
-def room(height, sheet):
-    """Return what cushions are a part of (m): the cell, or the space between the ground and a cover so high if that is narrower.
+def room(course, sheet):
+    """Return what cushions are a part of (m): the cell, or the space between ground and cover where that is narrower.
 
-    Cloth has no thickness to be squeezed: where the cover comes down on a pile, all distances in it may shrink with that space.
+    Cloth has no thickness to be squeezed. Cushions of fixed thickness would fill what is left under the cover, and ground and
+    cover, both rigid, would drive the cloth between them to and fro in each step anew: a force that grows as steps shrink.
     """
-    return min(sheet.edge, height - sheet.ground)
-
-
-@kernel
-def kept(course, sheet):
-    """Return the part of a distance between folds that a step leaves where they are pressed: 1 as long as there is room.
-
-    If pressed folds came no nearer to each other, ground and cover, both rigid, would drive the cloth between them to and fro in
-    each pass: a force out of nothing that grows as steps shrink.
-    """
-    return min(room(course.next_cover, sheet) / room(course.cover, sheet), 1.0)
+    return min(sheet.edge, course.next_cover - sheet.ground) if sheet.cover == 1 else sheet.edge
 
 
 @kernel
@@ -45,7 +36,7 @@ def may_pass(nodes, contact, edges, node, corners, length):
 
 @kernel
 def part_pair(nodes, mass, blows, course, sheet, now, node, corners, weights, slowing, nx, ny, nz):
-    """Take so much (m/s) from the speed at which a pair closes along the normal. Returns 1, 0 where both are held.
+    """Take so much (m/s) from the speed at which a pair closes along the normal. Returns 1, or 0 where none gives way.
 
     The impulse p, times the sum of the weights on the node and -weight on each corner, is that of 1/m = sum weight^2/m_i, with
     what ground, cover and cargo leave of each 1/m_i where it is pushed against them.
@@ -128,9 +119,11 @@ def freedom_of(nodes, course, sheet, node, nx, ny, nz):
         against = nz
     elif on_cover(course, sheet, x, y, z):
         against = nz if z > 0.0 else -nz
+    elif beside_cargo(course, sheet, x, y, z) and z > sheet.cargo_height:
+        against = nz
     elif beside_cargo(course, sheet, x, y, z):
         against = (x * nx + y * ny) / sheet.cargo_radius
-    elif sheet.axis == 1 and x <= GAP:
+    elif sheet.axis == 1 and x <= (1.0 + BESIDE) * GAP:
         against = nx
     return 1.0 - min(against, 0.0) ** 2
 
@@ -162,6 +155,8 @@ def push_node(nodes, mass, blows, course, sheet, now, node, pu, pv, pw):
     What a held row takes goes to blows.impulse: on the cargo, of the ground on the fabric.
     """
     row, column = node // sheet.stride, node % sheet.stride - sheet.first
+    if sheet.columns > 1 and column == sheet.columns:
+        node, column = node - sheet.columns, 0  # of which it is the copy
     if row == 0:
         blows.impulse[1] -= pw
     elif row == sheet.rows:
@@ -176,6 +171,7 @@ def push_node(nodes, mass, blows, course, sheet, now, node, pu, pv, pw):
         if low or high:
             hold_node(nodes, blows, course, sheet, node, slot, m)
         if sheet.columns > 1 and column == 0:
+            blows.stamp[node + sheet.columns] = now
             copy_node(nodes, node, node + sheet.columns)
         if sheet.columns > 1 and column == sheet.columns - 1:
             copy_node(nodes, node, node - sheet.columns)

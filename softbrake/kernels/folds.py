@@ -1,18 +1,18 @@
-"""Contact of the folds of the shell with one another: unilateral, smooth, without rebound. Nodes against faces.
+"""Contact of the folds of the shell with one another: unilateral, smooth, without rebound. Nodes meet faces, edges meet edges.
 
-After the push of all free rows, impulses at n+1/2 change velocities, and places by what that makes until n+1. Each face has a
-cushion: a node and the corners of a face that would come nearer than it is thick take equal and opposite impulses along the
-line between them at n, which end the closing and give back half of what the cushion is pressed in; pair after pair, a few times
-over (Gauss-Seidel). What would pass through a face all the same is found by continuous detection, and parted when and where it
-does, until none is left. Edges may cut edges. After Bridson, Fedkiw, Anderson, Robust treatment of collisions, contact
-and friction for cloth animation (2002), and their order: what never passes is on the side where it was.
+After the push of all free rows, impulses at n+1/2 change velocities, and places by what that makes until n+1. Faces and edges
+have cushions: a pair that would come nearer than these are thick takes equal and opposite impulses along the line between its
+nearest points at n, which end the closing and give back half of what the cushion is pressed in; pair after pair, a few times
+over (Gauss-Seidel). What would pass all the same is found by continuous detection, and parted when and where it does, until none
+is left. After Bridson, Fedkiw, Anderson, Robust treatment of collisions, contact and friction for cloth animation (2002), and
+their order: what never passes is on the side where it was.
 """
 
 from math import inf, sqrt
 
 from numba import uint64
 
-from softbrake.kernels.blows import GAP_PASSED, kept, may_pass, merge_nodes, part_pair, room
+from softbrake.kernels.blows import GAP_PASSED, may_pass, merge_nodes, part_pair, room
 from softbrake.kernels.jit import kernel
 from softbrake.kernels.meet import APART, EDGES, PASSES, SECOND, SMALLEST, closing_along, meet, members_of, nearest, seen_from
 from softbrake.kernels.near import find_pairs
@@ -31,7 +31,7 @@ REST = 0.1  # of an unloaded cell, margin of a node at rest in the search
 STEPS = 10.0  # steps at the present speed, margin of one that moves
 SLACK = 1.25  # on the travel before contact: blows make some nodes faster
 WIDEST, LEAST = 2.0, 0.125  # by which margins are scaled
-FEW, MANY = 0.1, 1.0  # pairs per face
+FEW, MANY = 0.3, 3.0  # pairs per face
 UPRIGHT = 0.1  # of an unloaded cell, that each edge climbs or goes round at least where no folds can meet
 
 
@@ -115,11 +115,11 @@ def part_folds(nodes, mass, blows, folds, course, sheet):
         counts[FoldCount.PASSES] += 1
         for k in range(awake[0] + awake[1]):
             press_cushion(nodes, mass, blows, folds, course, sheet, slot_of(k, awake, folds))
-    tries, pushed, most = 0, 1, PUSHES if sheet.columns > 1 else 2 * PUSHES
+    tries, pushed, stuck, most = 0, 1, 0, PUSHES if sheet.columns > 1 else 2 * PUSHES
     while pushed > 0 and tries < most:
-        pushed = try_pairs(nodes, mass, blows, folds, course, sheet, awake, tries)
+        pushed, stuck = try_pairs(nodes, mass, blows, folds, course, sheet, awake, tries)
         tries += 1
-    if pushed > 0:
+    if pushed + stuck > 0:
         book_failure(nodes, folds, course, sheet, awake)
 
 
@@ -166,7 +166,7 @@ def look_around(folds, nodes, sheet):
     """
     counts, scale, path, margin = folds.counts, folds.scale, folds.path, folds.margin
     for a in range(path.size):
-        path[a] = 0.0
+        path[a] = folds.step[a]  # what is searched for stands at n+1, what meets at n
     count = -1
     while count < 0 or (count > folds.pairs.size and scale[0] > LEAST):
         scale[0] *= 1.0 if count < 0 else 0.5
@@ -193,8 +193,8 @@ def wake_pairs(nodes, folds, course, sheet):
     A pair at some distance sleeps until it can have travelled it. Slots of folds.awake and contacts are taken from the front by
     nodes and faces, from the end by edges.
     """
-    pairs, wake, contacts, part = folds.pairs, folds.wake, folds.contacts, kept(course, sheet)
-    thick, length = CUSHION * room(course.next_cover, sheet), course.length
+    pairs, wake, contacts = folds.pairs, folds.wake, folds.contacts
+    thick, length = CUSHION * room(course, sheet), course.length
     front, back = 0, 0
     for k in range(folds.counts[FoldCount.PAIRS]):
         pair = pairs[k]
@@ -211,7 +211,7 @@ def wake_pairs(nodes, folds, course, sheet):
         front, back = front + int(not edges), back + int(edges)
         slot = pairs.size - back if edges else front - 1
         folds.awake[slot] = pair
-        write_contact(contacts[slot], edges, start, distance, x, y, z, weights, presses, thick, part, length)
+        write_contact(contacts[slot], edges, start, distance, x, y, z, weights, presses, thick, length)
     return front, back
 
 
@@ -230,23 +230,21 @@ def travel_of(nodes, faces, pair):
 
 
 @kernel
-def write_contact(contact, edges, start, distance, x, y, z, weights, presses, thick, part, length):
+def write_contact(contact, edges, start, distance, x, y, z, weights, presses, thick, length):
     """Write how a pair stands at n, see Folds.contacts: x, y, z (m) from the face to the node; start: corners seen from it."""
     scale = 1.0 / max(distance, SMALLEST)
     qx, qy, qz = start
-    own, nearest = 0.0, scale * (x * qx[0] + y * qy[0] + z * qz[0])
+    own, reach = 0.0, scale * (x * qx[0] + y * qy[0] + z * qz[0])
     if edges:
-        own, nearest = min(nearest, 0.0), -inf
+        own, reach = min(reach, 0.0), -inf
     for k in range(1, 4):
-        nearest = max(nearest, scale * (x * qx[k] + y * qy[k] + z * qz[k]))
-    nearest -= own
-    squeezed = (1.0 - part) * distance / length
-    allowed = (distance - thick) / length - squeezed
+        reach = max(reach, scale * (x * qx[k] + y * qy[k] + z * qz[k]))
+    reach -= own
+    allowed = (distance - thick) / length
     contact[0], contact[1], contact[2] = scale * x, scale * y, scale * z
     contact[3], contact[4], contact[5], contact[6] = weights
-    contact[7] = inf if not presses else squeezed + (allowed if allowed > 0.0 else SPRING * allowed)
-    contact[8] = nearest if distance > TINY * thick else inf
-    contact[9] = squeezed
+    contact[7] = inf if not presses else allowed if allowed > 0.0 else SPRING * allowed
+    contact[8] = reach if distance > TINY * thick else inf
 
 
 @kernel
@@ -261,7 +259,7 @@ def press_cushion(nodes, mass, blows, folds, course, sheet, slot):
     _, node, corners = members_of(folds.awake[slot], sheet)
     nx, ny, nz, weights = contact[0], contact[1], contact[2], (contact[3], contact[4], contact[5], contact[6])
     closing = closing_along(nodes, node, corners, weights, nx, ny, nz)
-    slowing = min(closing - contact[7], (1.0 + REBOUND) * (closing - contact[9]))
+    slowing = min(closing - contact[7], (1.0 + REBOUND) * closing)
     if slowing > 0.0:
         now = folds.counts[FoldCount.PASSES]
         part_pair(nodes, mass, blows, course, sheet, now, node, corners, weights, slowing, nx, ny, nz)
@@ -269,7 +267,7 @@ def press_cushion(nodes, mass, blows, folds, course, sheet, slot):
 
 @kernel
 def try_pairs(nodes, mass, blows, folds, course, sheet, awake, tries):
-    """Part the pairs that would pass, one after the other. Returns how many of them took an impulse.
+    """Part the pairs that would pass, one after the other. Returns how many of them took an impulse, and how many could not.
 
     After the first pass only those are looked at of which a node was pushed in this pass or the one before. What no impulse
     along the normal parts takes its common velocity, as does all that still passes in the last passes over a meridian.
@@ -278,7 +276,7 @@ def try_pairs(nodes, mass, blows, folds, course, sheet, awake, tries):
     stamp, counts = folds.stamp, folds.counts
     before = counts[FoldCount.PASSES]
     counts[FoldCount.PASSES] += 1
-    gap, part, pushed = GAP_PASSED * room(course.next_cover, sheet), kept(course, sheet), 0
+    gap, pushed, stuck = GAP_PASSED * room(course, sheet), 0, 0
     for k in range(awake[0] + awake[1]):
         slot = slot_of(k, awake, folds)
         edges, node, corners = members_of(folds.awake[slot], sheet)
@@ -287,7 +285,7 @@ def try_pairs(nodes, mass, blows, folds, course, sheet, awake, tries):
             continue
         if not may_pass(nodes, folds.contacts[slot], edges, node, corners, course.length):
             continue
-        _, how, slowing, nx, ny, nz, weights = meet(nodes, edges, node, corners, sheet.breadth, course.length, gap, part)
+        _, how, slowing, nx, ny, nz, weights = meet(nodes, edges, node, corners, sheet.breadth, course.length, gap)
         if how == APART:
             continue
         if tries >= PUSHES or slowing <= 0.0:
@@ -295,19 +293,20 @@ def try_pairs(nodes, mass, blows, folds, course, sheet, awake, tries):
             pushed += 1
         else:
             aim = slowing if tries < FIRM else AIM * slowing
-            pushed += part_pair(nodes, mass, blows, course, sheet, before + 1, node, corners, weights, aim, nx, ny, nz)
-    return pushed
+            parted = part_pair(nodes, mass, blows, course, sheet, before + 1, node, corners, weights, aim, nx, ny, nz)
+            pushed, stuck = pushed + parted, stuck + 1 - parted
+    return pushed, stuck
 
 
 @kernel
 def book_failure(nodes, folds, course, sheet, awake):
     """Count the pairs that pass though the passes are used up, and raise the largest penetration, over the unloaded cell."""
-    gap, part, length = GAP_PASSED * room(course.next_cover, sheet), kept(course, sheet), course.length
+    gap, length = GAP_PASSED * room(course, sheet), course.length
     for k in range(awake[0] + awake[1]):
         slot = slot_of(k, awake, folds)
         edges, node, corners = members_of(folds.awake[slot], sheet)
         if may_pass(nodes, folds.contacts[slot], edges, node, corners, length):
-            found = meet(nodes, edges, node, corners, sheet.breadth, length, gap, part)
+            found = meet(nodes, edges, node, corners, sheet.breadth, length, gap)
             if found[1] == PASSES:
                 folds.counts[FoldCount.PIERCED] += 1
                 folds.penetration[0] = max(folds.penetration[0], found[0] / sheet.edge)

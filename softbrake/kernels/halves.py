@@ -47,12 +47,10 @@ def first_half(nodes, halves, n1, stride, helps):
 
 @kernel
 def next_half(halves, half, helps):
-    """End a half; return the one with which this thread is to go on, beyond UPPER where there is none."""
-    if halves is None:
-        return UPPER + 1
+    """End a half; return the one with which this thread is to go on, beyond UPPER where there is none in this step."""
     if helps:
         turned(halves.turn, Turn.TAKEN, Turn.FREE)
-        return LOWER
+        return UPPER + 1
     return half + 1
 
 

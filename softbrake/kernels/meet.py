@@ -18,6 +18,7 @@ EDGES = 2**62  # bit of a pair of edges
 TOUCHING = 1e-3  # of the gap; nearer than this the direction from face to node says nothing
 ROUND_OFF = 1e-12  # of the gap, by which what lies in one plane seems to pass
 SMALLEST = 1e-30  # m
+PARALLEL = 1e-12  # sine squared, below which round-off would choose where two edges are nearest
 NEAR = 0.1  # of the gap
 REBOUND = 0.5  # of the speed of closing
 BISECTIONS = 50
@@ -46,11 +47,15 @@ def end_of(edge, sheet):
 
 @kernel
 def members_of(pair, sheet):
-    """Return whether a pair is one of edges, and its node and corners."""
+    """Return whether a pair is one of edges, and its node and corners; beyond the last column stands the copy of the first."""
+    right = int(sheet.columns > 1)
+    second = pair & SECOND
     if pair & EDGES == 0:
-        return False, pair >> 32, corners_of(pair & SECOND, sheet)
-    node, a = end_of((pair ^ EDGES) >> 32, sheet)
-    b, c = end_of(pair & SECOND, sheet)
+        return False, pair >> 32, (second, second + right, second + right + sheet.stride, second + sheet.stride)
+    first = (pair ^ EDGES) >> 32
+    node, b = first >> 1, second >> 1
+    a = node + (sheet.stride if first & 1 else 1)
+    c = b + (sheet.stride if second & 1 else 1)
     return True, node, (a, b, c, c)
 
 
@@ -156,7 +161,7 @@ def nearest_on_edges(q):
     aa, bb, ab = ax * ax + ay * ay + az * az, bx * bx + by * by + bz * bz, ax * bx + ay * by + az * bz
     ar, br = -(ax * qx[1] + ay * qy[1] + az * qz[1]), -(bx * qx[1] + by * qy[1] + bz * qz[1])
     square = aa * bb - ab * ab
-    s = min(max((ab * br - ar * bb) / square, 0.0), 1.0) if square > SMALLEST * aa * bb else 0.5
+    s = min(max((ab * br - ar * bb) / square, 0.0), 1.0) if square > PARALLEL * aa * bb else 0.5
     t = (ab * s + br) / bb
     inside = 0.0 < t < 1.0
     t = min(max(t, 0.0), 1.0)
@@ -169,9 +174,9 @@ def nearest_on_edges(q):
 
 @kernel
 def nearest(edges, q):
-    """Return the distance (m) of a pair, the vector from its second to its first part, the weights, whether it may press there.
+    """Return the distance (m) of a pair, the vector from its second to its first part, the weights, and whether it presses there.
 
-    Where an edge is nearest at its end, it is the node there that presses on a face.
+    Edges do not where one is nearest at its end: there it is a node that presses on a face.
     """
     if edges:
         return nearest_on_edges(q)
@@ -320,10 +325,10 @@ def closing_along(nodes, node, corners, weights, nx, ny, nz):
 
 
 @kernel
-def meet(nodes, edges, node, corners, breadth, length, gap, part):
+def meet(nodes, edges, node, corners, breadth, length, gap):
     """Return how a pair meets in the step to n+1: distance (m) there, how, slowing (m/s), normal, weights.
 
-    What is a gap apart at n stays so, what is nearer keeps that part of its distance, what is on one side stays there. slowing
+    What is a gap apart at n stays so, what is nearer comes no nearer, what is on one side stays there. slowing
     is what the speed of closing along the normal has to lose for that, at most all of it: rest is always allowed, so no energy
     arises. 0 where nothing is to do. how: PASSES where the node passes the face, or edge edge; TOUCHES where but for round-off.
     """
@@ -337,34 +342,33 @@ def meet(nodes, edges, node, corners, breadth, length, gap, part):
             return distance, APART, 0.0, 0.0, 0.0, 0.0, weights
         if closing > 0.0:
             old = time * closing * length
-            return distance, PASSES, slowing_of(closing, old, old - closing * length, gap, part, length), nx, ny, nz, weights_then
+            return distance, PASSES, slowing_of(closing, old, old - closing * length, gap, length), nx, ny, nz, weights_then
     elif distance >= gap or not presses:
         return distance, APART, 0.0, 0.0, 0.0, 0.0, weights
-    old, ox, oy, oz, old_weights, presses = nearest(edges, start)
-    if time > 1.0 and (distance >= ENOUGH * min(gap, part * old) or not presses):
+    old, ox, oy, oz, old_weights, pressed = nearest(edges, start)
+    if time > 1.0 and (distance >= ENOUGH * min(gap, old) or not pressed):
         return distance, APART, 0.0, 0.0, 0.0, 0.0, weights
     if time > 1.0 and distance > TOUCHING * gap:
         nx, ny, nz = rx / distance, ry / distance, rz / distance
         closing = closing_along(nodes, node, corners, weights, nx, ny, nz)
-        return distance, APART, slowing_of(closing, old, distance, gap, part, length), nx, ny, nz, weights
+        return distance, APART, slowing_of(closing, old, distance, gap, length), nx, ny, nz, weights
     # In the plane of the face, or turned right over within the step: the direction at n still tells the sides.
     scale = 1.0 / max(old, SMALLEST)
     nx, ny, nz = scale * ox, scale * oy, scale * oz
     closing = closing_along(nodes, node, corners, old_weights, nx, ny, nz)
-    slowing = slowing_of(closing, old, old - closing * length, gap, part, length)
+    slowing = slowing_of(closing, old, old - closing * length, gap, length)
     how = PASSES if time <= 1.0 else TOUCHES if slowing > 0.0 else APART
     return distance, how, slowing, nx, ny, nz, old_weights
 
 
 @kernel
-def slowing_of(closing, old, there, gap, part, length):
-    """Return what a speed of closing (m/s) has to lose, for a gap to be left at n+1, or a part of the distance old (m) at n.
+def slowing_of(closing, old, there, gap, length):
+    """Return what a speed of closing (m/s) has to lose: the lesser of a gap and the distance old (m) at n is left at n+1.
 
     there: the distance at n+1, negative beyond the face. What has come far too near rebounds by half, lest round-off decide.
     """
-    too_fast = closing - (1.0 - part) * old / length
-    if too_fast <= 0.0:
+    if closing <= 0.0:
         return 0.0
     if old < NEAR * gap:
-        return (1.0 + REBOUND) * too_fast
-    return max(min((min(gap, part * old) - there) / length, too_fast), 0.0)
+        return (1.0 + REBOUND) * closing
+    return max(min((min(gap, old) - there) / length, closing), 0.0)

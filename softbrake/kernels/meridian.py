@@ -16,7 +16,7 @@ from softbrake.kernels.folds import cramped, part_meridian, watch_meridian, wind
 from softbrake.kernels.geometry import SMALLEST_SQUARE
 from softbrake.kernels.jit import kernel
 from softbrake.kernels.lobes import part_meridian_lobes
-from softbrake.kernels.motion import push_cargo
+from softbrake.kernels.motion import lying_area, push_cargo
 from softbrake.kernels.pressure import pressure_at, update_damped_pressure
 from softbrake.kernels.rows import lanes
 from softbrake.kernels.timestep import along, joined, largest, rate_of
@@ -48,7 +48,8 @@ def sweep_meridian(model, state, meridian, dt, length):
     pull_hoops(fabric, nodes, meridian, side, n1)  # (2.3), (2.9)
     update_areas(nodes, meridian, model.sector.sin, n1)  # (2.7)
     if model.pressure.damping > 0.0:
-        update_damped_pressure(model.pressure, pressure, nodes, meridian.area, meridian.pressure, uint64(0), n1 + 1)  # (2.11)
+        at, count = uint64(0), lanes(n1 + 1)
+        update_damped_pressure(model.pressure, pressure, nodes, meridian.area, meridian.pressure, at, count)  # (2.11)
     elif meridian.pressure[0] != pressure:
         for i in range(lanes(n1 + 1)):
             meridian.pressure[i] = pressure
@@ -334,14 +335,15 @@ def raise_peak_of(peaks, which, tension, count, time, shift):
 
 
 @kernel
-def book_forces(now, meridian, columns, dt, n1):
+def book_forces(now, meridian, gravity, columns, dt, n1):
     """Write the largest tensions of the step to now, and add the ground's impulse on the fabric and its area there."""
-    largest_1, largest_2, largest_belt, lift, area = 0.0, 0.0, 0.0, 0.0, 0.0
+    largest_1, largest_2, largest_belt, lift, area = 0.0, 0.0, 0.0, 0.0, -min(meridian.area.z[FIRST], 0.0)
     for i in range(uint64(n1)):
         largest_1 = max(largest_1, meridian.tension_1[i])
         largest_2 = max(largest_2, meridian.tension_2[i])
         lift += meridian.lift[i]
-        area -= min(meridian.area.z[FIRST + i], 0.0) if meridian.lift[i] > 0.0 else 0.0
+        lying = -min(meridian.area.z[FIRST + i], 0.0)
+        area += lying_area(lying, meridian.pressure[i], gravity * meridian.mass[i], meridian.lift[i] / dt)
     for k in range(meridian.belt_rows.size):
         row = uint64(meridian.belt_rows[k])
         largest_belt = max(largest_belt, meridian.belt_force[row] / meridian.belts.width[row])
@@ -431,7 +433,7 @@ def advance_meridian(model, state, meridian, history, interval, most, until):
         length, dt = begin_step(model, state)
         height, raised = sweep_meridian(model, state, meridian, dt, length)
         if recorded:
-            book_forces(now, meridian, columns, dt, n1)
+            book_forces(now, meridian, model.gravity, columns, dt, n1)
             record(history, rows, now)
             rows += 1
         if chosen or raised != 0 or (state.steps[0] + 1) % interval == 0:
@@ -442,7 +444,7 @@ def advance_meridian(model, state, meridian, history, interval, most, until):
             break
     if done > 0:
         if not recorded:
-            book_forces(now, meridian, columns, dt, n1)
+            book_forces(now, meridian, model.gravity, columns, dt, n1)
         book_energies(model, state.nodes, state.work, now)
     if outcome != Outcome.RUNNING:
         if ran_away(model, state):

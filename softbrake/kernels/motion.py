@@ -8,6 +8,7 @@ from softbrake.state import PAD, History
 
 ONE = uint64(1)
 FIRST = uint64(PAD)
+SMALLEST_FORCE = 1e-30  # N
 
 
 @kernel
@@ -79,9 +80,18 @@ def land_row(nodes, area, pressure, mean, work, by_column, ground, step, mass, n
         by_column.kinetic[j] += mass * rise * (nodes.w[a] + half)
         by_column.lift[j] = mass * rise
         by_column.impulse[j] += mass * rise
-        by_column.on_ground[j] -= min(area_z, 0.0) if rise > 0.0 else 0.0
+        by_column.on_ground[j] += lying_area(-min(area_z, 0.0), pressure[j], weight, mass * rise / dt)
         nodes.w[a] += rise
         nodes.z[a] = max(nodes.z[a], ground)
+
+
+@kernel
+def lying_area(area, pressure, weight, force):
+    """Return how much of a node's area (m^2) lies on the ground, by the part of gas and weight (N) that the ground bears there.
+
+    Cloth lies under its own load; where it lifts off within a cell, tension bears the rest.
+    """
+    return area * min(force / max(pressure * area + weight, SMALLEST_FORCE), 1.0)
 
 
 @kernel

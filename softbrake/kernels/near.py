@@ -1,4 +1,4 @@
-"""Which nodes and faces of the shell are near one another: boxes around blocks of cloth, sorted along x.
+"""Which nodes and faces, and which edges, of the shell are near one another: boxes around blocks of cloth, sorted along x.
 
 Blocks whose boxes overlap are looked into, but for those whose normals nearly agree: where folds meet, their normals are
 opposed, since either the gas or the air between them is on the same side of both. Smooth cloth thus costs next to nothing.
@@ -20,10 +20,10 @@ SAME = 0.7  # cosine of the angle of normals below which cloth may fold onto its
 
 @kernel
 def find_pairs(nodes, folds, sheet, near):
-    """Find all pairs of a node and a face that may be near each other (m) within their margins, at n+1.
+    """Find all pairs of a node and a face, or two edges, that may be near each other (m) within their margins, at n+1.
 
-    Not those of a face and its corners, nor of smooth cloth. Returns their number; those beyond the capacity of folds.pairs are
-    counted, not kept. Writes folds.pairs, wake (m: distance of node and box around the face, less near), normals, blocks, order.
+    Not those of a face and its corners, of edges with one end, nor of smooth cloth. Returns their number; those beyond the
+    capacity of folds.pairs are counted, not kept. Writes folds.pairs, wake (m: distance of boxes, less near) and scratch.
     """
     blocks, order, widest = folds.blocks, folds.order, 0.0
     update_normals(nodes, folds, sheet)
@@ -222,7 +222,7 @@ def add_node_and_face(nodes, folds, sheet, node, box, face, near, count):
 
 @kernel
 def add_edges(nodes, folds, sheet, cell, other, near, count):
-    """Add the pairs of edges of two cells within reach (m), but for those that share a node or a face. Returns their count."""
+    """Add the pairs of edges of two cells within reach (m), but for those that share a node. Returns their count."""
     x, y, z, margin = nodes.x, nodes.y, nodes.z, folds.margin
     for edge in range(2 * cell, 2 * cell + 1 + int(cell // sheet.stride < sheet.rows)):
         i, j = end_of(edge, sheet)

@@ -35,12 +35,13 @@ FIRST = uint64(PAD)
 def sweep_shell(model, state, sweep, halves, parting, helps):
     """Advance fabric and cargo by the step that has begun. Returns the cover's new height (m).
 
-    parting: whether lobes or folds may meet. helps: sweep the lower half alone, of this step and of all until there will be none.
+    halves: those of sweep, given beside it since only of an argument that is None Numba drops the branches for what it is not.
+    parting: whether lobes or folds may meet. helps: sweep the lower half alone, which this thread has taken over.
     """
     height, half = 0.0, first_half(state.nodes, halves, model.n1, model.stride, helps)
     if halves is None:
         return sweep_rows(model, state, sweep, halves, half, parting)
-    while half <= UPPER and (not helps or take_over(halves)):
+    while half <= UPPER:  # not one call a half: each is a copy of the sweep
         height = sweep_rows(model, state, sweep, halves, half, parting)
         half = next_half(halves, half, helps)
     return height
@@ -144,12 +145,14 @@ def sweep_rows(model, state, sweep, halves, half, parting):
             add_shear_forces(g, h, cells, force, force_above, row, hoop, hoop_above, row, n2)  # (2.2)
         if belted:
             add_belt_forces(belt, h, force, hoop, n2)
-        if damped:
+        if damped and (inside or i == 0 or i == n1):
             update_damped_pressure(model.pressure, pressure, nodes, area, on_nodes, node, lanes(n2))  # (2.11)
 
         if i == 0:
             tension, gas = vertical_forces(force, area, on_nodes, n2)
             now[History.GROUND_FORCE] = sectors * (gas_on_cover - gas - tension + n2 * mass[i] * gravity)
+            for j in range(lanes(n2)):
+                by_column.on_ground[j] -= min(area.z[FIRST + j], 0.0)
             hold_row(mean, row, n2, 0.0)
         elif inside:
             push_row(nodes, force, area, on_nodes, mean, work, by_column, contact, step, mass[i], node, row, n2)  # (3.2)
@@ -276,13 +279,14 @@ def advance(model, state, sweep, history, interval, most, until):
     """Advance by steps until an event, the time until (s), most steps, or a full history. Returns its rows and the Outcome.
 
     Every interval-th step writes a row of state.now at its time n to history, shape (rows, len(History)), and an event one
-    for its own time. most: HELP in a thread that takes no step, but sweeps lower halves for one that does.
+    for its own time. most: HELP in a thread that takes no step, but sweeps lower halves for one that does, until there will be
+    none; rows are then the number of those halves.
     """
     now, work, by_column, helps = state.now, state.work, sweep.by_column, most == HELP
     rows = 0
     done = 0
     length, dt, parting = 0.0, 0.0, False
-    while helps or (done < most and now[History.TIME] < until and rows + 1 < history.shape[0]):
+    while take_over(sweep.halves) if helps else done < most and now[History.TIME] < until and rows + 1 < history.shape[0]:
         if not helps:
             if state.steps[0] >= state.choice[0]:
                 choose_step(state, stable_step(model, state.nodes, sweep))  # (3.3)
@@ -292,7 +296,8 @@ def advance(model, state, sweep, history, interval, most, until):
             now[History.PRESSURE] = pressure_at(model.pressure, now[History.TIME])  # (2.10)
         height = sweep_shell(model, state, sweep, sweep.halves, parting, helps)
         if helps:
-            break
+            rows += 1
+            continue
         if parting:
             add_jump_work(model, state, sweep, dt, length)
         if state.steps[0] % interval == 0:
