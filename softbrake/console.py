@@ -252,7 +252,7 @@ def _work(summary: Summary) -> Table:
     for name, value in asdict(summary.work).items():
         table.add_row(f"work, {name}", f"{value:.3f}", "J")
     if summary.crossings:
-        depth = f"of folds, to {summary.largest_penetration:.1%} of a cell"
+        depth = f"of folds, to {100.0 * summary.largest_penetration:.2g}% of a cell"
         table.add_row("crossings", str(summary.crossings), "", depth)
     table.add_row("energy residual", f"{summary.energy_error:.2e}", "", "of the initial energy")
     table.add_row("energy made by fabric", gain_in_words(summary), "", "of the initial energy, from nowhere")

@@ -119,10 +119,8 @@ def freedom_of(nodes, course, sheet, node, nx, ny, nz):
         against = nz
     elif on_cover(course, sheet, x, y, z):
         against = nz if z > 0.0 else -nz
-    elif beside_cargo(course, sheet, x, y, z) and z > sheet.cargo_height:
-        against = nz
     elif beside_cargo(course, sheet, x, y, z):
-        against = (x * nx + y * ny) / sheet.cargo_radius
+        against = nz if z > sheet.cargo_height else (x * nx + y * ny) / sheet.cargo_radius
     elif sheet.axis == 1 and x <= (1.0 + BESIDE) * GAP:
         against = nx
     return 1.0 - min(against, 0.0) ** 2

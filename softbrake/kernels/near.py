@@ -160,7 +160,7 @@ def add_pairs(nodes, folds, sheet, a, b, near, count):
     for p in range(first):
         for q in range(p + 1 if a == b else first, last):
             reach = near + boxes[p, Box.MARGIN] + boxes[q, Box.MARGIN]
-            if square_between(boxes[p], boxes[q]) > reach * reach:
+            if square_between(spans_of(boxes[p]), spans_of(boxes[q])) > reach * reach:
                 continue
             count = add_node_and_face(nodes, folds, sheet, cells[p], boxes[q], cells[q], near, count)
             count = add_node_and_face(nodes, folds, sheet, cells[q], boxes[p], cells[p], near, count)
@@ -190,19 +190,28 @@ def collect_cells(nodes, folds, sheet, block, other, near, count):
             own[Box.LOW_Z], own[Box.HIGH_Z] = span(z, corners)
             own[Box.MARGIN] = max(margin[corners[0]], margin[corners[1]], margin[corners[2]], margin[corners[3]])
             reach = near + box[Box.MARGIN] + own[Box.MARGIN]
-            if square_between(own, box) <= reach * reach:
+            if square_between(spans_of(own), spans_of(box)) <= reach * reach:
                 folds.cells[count] = node
                 count += 1
     return count
 
 
 @kernel
-def square_between(box, other):
-    """Return the square of the distance (m^2) of two boxes."""
-    off_x = max(box[Box.LOW_X] - other[Box.HIGH_X], other[Box.LOW_X] - box[Box.HIGH_X], 0.0)
-    off_y = max(box[Box.LOW_Y] - other[Box.HIGH_Y], other[Box.LOW_Y] - box[Box.HIGH_Y], 0.0)
-    off_z = max(box[Box.LOW_Z] - other[Box.HIGH_Z], other[Box.LOW_Z] - box[Box.HIGH_Z], 0.0)
-    return off_x * off_x + off_y * off_y + off_z * off_z
+def spans_of(box):
+    """Return a box as its spans (m) along x, y and z."""
+    return (box[Box.LOW_X], box[Box.HIGH_X]), (box[Box.LOW_Y], box[Box.HIGH_Y]), (box[Box.LOW_Z], box[Box.HIGH_Z])
+
+
+@kernel
+def square_between(spans, others):
+    """Return the square of the distance (m^2) of two boxes, by their spans."""
+    square = 0.0
+    for k in range(3):
+        low, high = spans[k]
+        other_low, other_high = others[k]
+        off = max(low - other_high, other_low - high, 0.0)
+        square += off * off
+    return square
 
 
 @kernel
@@ -213,32 +222,33 @@ def add_node_and_face(nodes, folds, sheet, node, box, face, near, count):
     corners = corners_of(face, sheet)
     if node == corners[0] or node == corners[1] or node == corners[2] or node == corners[3]:
         return count
-    off_x = outside(nodes.x[node], box[Box.LOW_X], box[Box.HIGH_X])
-    off_y = outside(nodes.y[node], box[Box.LOW_Y], box[Box.HIGH_Y])
-    off_z = outside(nodes.z[node], box[Box.LOW_Z], box[Box.HIGH_Z])
-    square, reach = off_x * off_x + off_y * off_y + off_z * off_z, near + folds.margin[node] + box[Box.MARGIN]
+    x, y, z = nodes.x[node], nodes.y[node], nodes.z[node]
+    square, reach = square_between(((x, x), (y, y), (z, z)), spans_of(box)), near + folds.margin[node] + box[Box.MARGIN]
     return keep(folds, (node << 32) | face, square, reach, near, count)
 
 
 @kernel
 def add_edges(nodes, folds, sheet, cell, other, near, count):
     """Add the pairs of edges of two cells within reach (m), but for those that share a node. Returns their count."""
-    x, y, z, margin = nodes.x, nodes.y, nodes.z, folds.margin
+    margin = folds.margin
     for edge in range(2 * cell, 2 * cell + 1 + int(cell // sheet.stride < sheet.rows)):
         i, j = end_of(edge, sheet)
-        low_x, low_y, low_z = min(x[i], x[j]), min(y[i], y[j]), min(z[i], z[j])
-        high_x, high_y, high_z = max(x[i], x[j]), max(y[i], y[j]), max(z[i], z[j])
+        spans = spans_along(nodes, i, j)
         for second in range(2 * other, 2 * other + 1 + int(other // sheet.stride < sheet.rows)):
             k, m = end_of(second, sheet)
             if k in (i, j) or m in (i, j):
                 continue
-            off_x = max(min(x[k], x[m]) - high_x, low_x - max(x[k], x[m]), 0.0)
-            off_y = max(min(y[k], y[m]) - high_y, low_y - max(y[k], y[m]), 0.0)
-            off_z = max(min(z[k], z[m]) - high_z, low_z - max(z[k], z[m]), 0.0)
             reach = near + max(margin[i], margin[j]) + max(margin[k], margin[m])
-            square = off_x * off_x + off_y * off_y + off_z * off_z
+            square = square_between(spans, spans_along(nodes, k, m))
             count = keep(folds, EDGES | (edge << 32) | second, square, reach, near, count)
     return count
+
+
+@kernel
+def spans_along(nodes, a, b):
+    """Return the spans (m) of the edge between two nodes."""
+    ends = (a, b, a, b)
+    return span(nodes.x, ends), span(nodes.y, ends), span(nodes.z, ends)
 
 
 @kernel
@@ -257,9 +267,3 @@ def span(values, corners):
     """Return the least and the largest of the corners' values."""
     a, b, c, d = values[corners[0]], values[corners[1]], values[corners[2]], values[corners[3]]
     return min(a, b, c, d), max(a, b, c, d)
-
-
-@kernel
-def outside(value, low, high):
-    """Return by how much a value is outside of a range."""
-    return max(low - value, value - high, 0.0)
