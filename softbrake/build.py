@@ -25,6 +25,7 @@ from softbrake.state import (
     Folds,
     Halves,
     History,
+    Law,
     Lobes,
     Meridian,
     Model,
@@ -57,7 +58,7 @@ SLIVER = 1e-3  # least part of a belt that a row carries, of what the row with m
 def build_model(case: Case) -> Model:
     """Return the constants of a case on its grid.
 
-    The unloaded shell is the prism through n2 columns of the cylinder, so its cloth is unstretched at the start. A node has
+    Hoop edges are chords of arcs on which cloth and gas are reckoned, so that a round shell is one of circles. A node has
     the mass of the cloth halfway to its neighbours, and of the belts there; a belt is shared by the rows in proportion to the
     part of its width that lies in each one's half cells.
     """
@@ -71,27 +72,26 @@ def build_model(case: Case) -> Model:
     contraction = 1.0 - cloth.nu12 * cloth.nu21
     true_tension = cloth.law == "true_tension"
     fabric = Fabric(
+        law=int(Law[cloth.law.upper()]),
         h1=h1,
         h2=h2,
+        e11=cloth.E11,
+        e22=cloth.E22,
         c11=cloth.E11 / contraction,
         c22=cloth.E22 / contraction,
-        c12=cloth.nu21 * cloth.E22 / contraction,
-        c21=cloth.nu12 * cloth.E11 / contraction,
+        c12=cloth.nu12 * cloth.E11 / contraction,
         g12=cloth.G12,
         viscosity=cloth.viscosity,
-        residual=cloth.residual,
         floor=-inf if cloth.slack == "compression" else 0.0,
-        relax_1=cloth.nu12 * cloth.E11 / cloth.E22,
-        relax_2=cloth.nu21 * cloth.E22 / cloth.E11,
-        kept=0.0 if cloth.slack == "wrinkle" else inf,
         true_tension=float(true_tension),
     )
+    whole = 2.0 * pi * radius / (n2 * h2)  # with the cloth of arcs
     share = np.full(n1 + 1, h1)
     share[[0, -1]] *= 0.5
     line_mass = cloth.areal_density * share
     belts = Belts(*(np.zeros(n1 + 1) for _ in Belts._fields))
-    # N22 feels e11, but T11 nothing of the belt: a potential does not allow that, so the nominal law makes it a plain filament.
-    coupling = fabric.c21 if true_tension else 0.0
+    # By (2.3) N22 feels e11, but T11 nothing of the belt: a potential does not allow that, so other laws make it a plain filament.
+    coupling = fabric.c12 if true_tension else 0.0
     for belt in case.belts:
         width = _overlap(belt.height, belt.width, n1, h1)
         part = width / belt.width
@@ -115,8 +115,8 @@ def build_model(case: Case) -> Model:
         end=case.time.end,
         gravity=case.gravity,
         radius=radius,
-        cargo_mass=case.cargo.mass / sectors,
-        cover_area=0.5 * n2 * radius * radius * sin(2.0 * pi / hoop),
+        cargo_mass=case.cargo.mass / whole,
+        cover_area=pi * radius * radius / whole,
         most_gas_work=law.largest * pi * case.shell.diameter**2 * case.shell.height,
         mass=0.0 * line_mass if case.model.fidelity == "lumped" else line_mass * h2,
         per_mass=per_mass,
@@ -147,7 +147,8 @@ def build_model(case: Case) -> Model:
             axis=int("axis" in case.contact),
         ),
         sector=Sector(
-            copies=float(sectors),
+            copies=whole,
+            gas=1.0 if case.model.fidelity in ONE_COLUMN else 1.0 / cos(pi / hoop),
             cos=1.0 if sectors == 1 else cos(2.0 * pi / sectors),
             sin=0.0 if sectors == 1 else sin(2.0 * pi / sectors),
         ),
@@ -318,7 +319,7 @@ def whole_nodes(case: Case, whole: Model, model: Model, state: State) -> Nodes:
     """Return the nodes of the whole shell by turning the columns that were computed."""
     nodes = Nodes(*_rows(whole.n1 + 1, whole.stride, Nodes._fields))
     turn, column = np.divmod(np.arange(whole.stride) - PAD, model.n2)
-    angle = 2.0 * pi * turn / model.sector.copies
+    angle = 2.0 * pi * turn * model.n2 / whole.n2
     parts = (
         [values[:, None] for values in meridian_view(state.nodes, model)]
         if case.model.fidelity in ONE_COLUMN

@@ -19,8 +19,8 @@ from softbrake.keys import (
     LISTED_BELT,
     PHYSICS,
     PRESSURE,
-    RESIDUAL,
     SECTIONS,
+    SHEAR,
     TOP,
     UNKNOWN_CONTACT,
     Key,
@@ -56,6 +56,7 @@ __all__ = [
 
 Fidelity = Literal["full", "sector", "axisymmetric", "lumped", "auto"]
 AUTO_TOLERANCE = 0.01
+RECIPROCITY = 1e-3  # relative, to which both Poisson's ratios may be rounded
 
 
 @dataclass(frozen=True)
@@ -77,9 +78,8 @@ class Fabric:
     G12: float  # N/m, shear
     areal_density: float  # kg/m^2, unloaded
     viscosity: float  # N s/m, resolved from damping_ratio where that was given
-    law: Literal["true_tension", "nominal_tension"]
-    slack: Literal["cut", "wrinkle", "compression"]
-    residual: float  # stiffness in compression, part of that in tension
+    law: Literal["tension_field", "nominal_tension", "true_tension"]
+    slack: Literal["cut", "compression"]  # whether slack fabric carries nothing, or compression as it carries tension
     strength: float | None = None  # N/m, tension that it bears
 
 
@@ -373,29 +373,39 @@ class _CaseChecker(Checker):
         if node is None:
             return {}
         fabric = self.section(node, "fabric", SECTIONS["fabric"], ALTERNATIVES["fabric"])
-        slack = fabric.get("slack")
-        if slack == "compression" and "residual" in fabric:
-            place, where = last_given(node, "fabric", ["slack", "residual"])
-            self.fault(place, where, "fabric that resists compression has no residual", "slack: cut or wrinkle is wanted")
-        elif slack is not None:
-            fabric.setdefault("residual", RESIDUAL[slack])
+        if fabric.get("law") == "tension_field" and fabric.get("slack") == "compression":
+            place, where = last_given(node, "fabric", ["law", "slack"])
+            self.fault(place, where, "a tension field carries no compression", "slack: cut, or law: nominal_tension is wanted")
         if "E" in fabric:
             fabric["E11"] = fabric["E22"] = fabric.pop("E")
-        if not {"nu12", "nu21", "E11", "E22"} <= fabric.keys():
+        if not {"E11", "E22"} <= fabric.keys():
             return fabric
-        nu12, nu21, E11, E22 = (fabric[name] for name in ("nu12", "nu21", "E11", "E22"))
-        if nu12 * nu21 >= 1:
-            place, where = last_given(node, "fabric", ["nu12", "nu21"])
-            self.fault(place, where, f"nu12*nu21 = {nu12 * nu21:.6g}", "a product < 1 is wanted")
-        elif fabric.get("law") == "nominal_tension" and not math.isclose(nu12 * E11, nu21 * E22, rel_tol=1e-9):
-            place, where = last_given(node, "fabric", ["law", "nu12", "nu21", "E", "E11", "E22"])
-            fault = f"nu12*E11 = {nu12 * E11:.6g} N/m is not nu21*E22 = {nu21 * E22:.6g} N/m, so nominal_tension has no potential"
-            self.fault(place, where, fault, f"nu21: {nu12 * E11 / E22:.15g} or law: true_tension is wanted")
-        elif {"damping_ratio", "areal_density"} <= fabric.keys() and "diameter" in shell:
+        fabric.setdefault("G12", SHEAR * min(fabric["E11"], fabric["E22"]))
+        if not self.reciprocal(node, fabric):
+            return fabric
+        if {"damping_ratio", "areal_density"} <= fabric.keys() and "diameter" in shell:
             # of the critical damping of the hoop's breathing mode
-            stiffness = fabric["areal_density"] * E22 / (1 - nu12 * nu21)
+            stiffness = fabric["areal_density"] * fabric["E22"] / (1 - fabric["nu12"] * fabric["nu21"])
             fabric["viscosity"] = fabric.pop("damping_ratio") * shell["diameter"] * math.sqrt(stiffness)
         return fabric
+
+    def reciprocal(self, node: Node, fabric: Values) -> bool:
+        """Whether Poisson's ratios are those of an elastic sheet; the one that is not given follows: nu12 E11 = nu21 E22."""
+        E11, E22 = fabric["E11"], fabric["E22"]
+        given = [name for name in ("nu12", "nu21") if name in fabric]
+        nu12 = fabric["nu12"] if "nu12" in fabric else fabric.get("nu21", 0.0) * E22 / E11
+        nu21 = nu12 * E11 / E22
+        if "nu21" in fabric and not math.isclose(fabric["nu21"], nu21, rel_tol=RECIPROCITY):
+            place, where = last_given(node, "fabric", ["nu12", "nu21", "E", "E11", "E22"])
+            fault = f"nu12*E11 = {nu12 * E11:.6g} N/m is not nu21*E22 = {fabric['nu21'] * E22:.6g} N/m, so there is no elastic energy"
+            self.fault(place, where, fault, f"nu21: {nu21:.6g}, or one of nu12 and nu21 alone is wanted")
+            return False
+        if nu12 * nu21 >= 1:
+            place, where = last_given(node, "fabric", [*given, "E", "E11", "E22"])
+            self.fault(place, where, f"nu12*nu21 = {nu12 * nu21:.6g}", "a product < 1 is wanted")
+            return False
+        fabric["nu12"], fabric["nu21"] = nu12, nu21
+        return True
 
     def cargo(self, root: Node, shell: Values) -> Values:
         node = self.member(root, "cargo")

@@ -475,11 +475,11 @@ class Drop:
         if contact > max(self.fabric_gain(), LARGEST_GAIN * energy_given(self.model, self.state)):
             return f"contact, which gave {contact:.4g} J more than it took; {shorter}"
         ratio, printed = damping_ratio(case.shell, fabric, case.grid), case.model.scheme == "cell"
-        lawless = fabric.law == "true_tension" or (fabric.slack != "compression" and fabric.nu12 > 0.0)
+        lawless = fabric.law == "true_tension" or (fabric.slack == "cut" and fabric.nu12 > 0.0)
         if lawless and ratio < (UNDAMPED if printed else LEAKY):
             return (
                 "tensions without a potential, which gain energy where fabric gets slack and taut again, at any step; "
-                "try more viscosity, or fabric.law=nominal_tension, fabric.slack=wrinkle and fabric.nu12=0, fabric.nu21=0"
+                "try fabric.law=tension_field"
                 + (", and model.scheme=edge" if printed else "")
             )
         if printed:

@@ -15,7 +15,7 @@ from softbrake.kernels.jit import PACKAGE, hash_sources
 from softbrake.kernels.pressure import pressure_at
 from softbrake.relax import TOLERANCE
 from softbrake.results import ResultFile
-from softbrake.state import Floats, History
+from softbrake.state import Floats, History, Model
 from softbrake.summary import Inflation
 
 
@@ -49,9 +49,9 @@ def inflate(case: Case, results: str | Path | None = None, tolerance: float = TO
         height=drop.now(History.HEIGHT),
         largest_radius=float(radius[widest]),
         largest_radius_height=float(xyz[widest, :, 2].mean()),
-        volume=volume(xyz, model.cover_area),
+        volume=volume(xyz, model),
         cover_force=cover_force,
-        wall_pull=pressure * model.cover_area - cover_force,
+        wall_pull=pressure * model.sector.copies * model.cover_area - cover_force,
         tension_generatrix=drop.now(History.TENSION_GENERATRIX),
         tension_hoop=drop.now(History.TENSION_HOOP),
         tension_belt=drop.now(History.TENSION_BELT) if case.belts else None,
@@ -70,8 +70,8 @@ def inflate(case: Case, results: str | Path | None = None, tolerance: float = TO
     return answer
 
 
-def volume(xyz: Floats, cover_area: float) -> float:
-    """Return the volume (m^3) below the bilinear patches of a wall of nodes (n1+1, n2, 3) and its covers (m^2).
+def volume(xyz: Floats, model: Model) -> float:
+    """Return the volume (m^3) below the bilinear patches of a wall of nodes (n1+1, n2, 3) and its covers, with that of the arcs.
 
     A third of the flux of the places: through a patch that is the mean of both its cuts into two triangles.
     """
@@ -79,4 +79,4 @@ def volume(xyz: Floats, cover_area: float) -> float:
     b, c = np.roll(a, -1, axis=1), np.roll(d, -1, axis=1)
     corners = ((a, b, c), (a, c, d), (a, b, d), (b, c, d))
     wall = sum(float((one * np.cross(two, three)).sum()) for one, two, three in corners) / 12.0
-    return wall + float(xyz[-1, 0, 2]) * cover_area / 3.0
+    return model.sector.copies * (model.sector.gas * wall + float(xyz[-1, 0, 2]) * model.cover_area / 3.0)

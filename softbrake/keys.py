@@ -127,7 +127,7 @@ LAW = Key("law", tuple(PRESSURE), "over time; sine is (2.10)", "constant", requi
 AUTO_COURANT = ((0.03, 0.95), (0.01, 0.75), (0.003, 0.6), (0.0, 0.35))
 
 CONTACT = ("ground", "belts", "cover", "cargo", "axis", "folds")  # what stops the fabric
-RESIDUAL = {"cut": 0.0, "wrinkle": 0.005, "compression": 1.0}  # default by what slack fabric does
+SHEAR = 0.05  # of the smaller of E11 and E22: default of G12
 UNKNOWN_CONTACT = {"full": ("axis",), "sector": ("axis", "folds"), "axisymmetric": (), "lumped": (), "auto": ()}  # by fidelity
 CONTACT_SETS = {
     "full": ("ground", "cover", "cargo", "axis", "folds"),
@@ -158,28 +158,32 @@ SECTIONS: dict[str, tuple[Key, ...]] = {
         Key("E", Dimension.TENSION, "modulus, both ways", "20 kN/m", above=0),
         Key("E11", Dimension.TENSION, "instead of E: along the generatrix", "20 kN/m", above=0),
         Key("E22", Dimension.TENSION, "instead of E: around the hoop", "20 kN/m", above=0),
-        Key("nu12", Dimension.RATIO, "part of the generatrix stretch the hoop feels", "0.25", default=0.0, least=0),
-        Key("nu21", Dimension.RATIO, "part of the hoop stretch the generatrix feels", "0.25", default=0.0, least=0),
-        Key("G12", Dimension.TENSION, "shear modulus", "0 N/m", default=0.0, least=0),
+        Key(
+            "nu12",
+            Dimension.RATIO,
+            "Poisson's ratio: hoop contraction over generatrix stretch",
+            "0.25",
+            computed="nu21 E22/E11, or 0",
+            least=0,
+        ),
+        Key("nu21", Dimension.RATIO, "instead, the other way", "0.25", computed="nu12 E11/E22", least=0),
+        Key("G12", Dimension.TENSION, "shear modulus", "1 kN/m", computed="5 % of E, of the smaller one", least=0),
         Key("areal_density", Dimension.AREAL_DENSITY, "unloaded", "0.05 kg/m^2", required=True, above=0),
         Key("damping_ratio", Dimension.RATIO, "of critical damping of the breathing hoop", "3 %", least=0),
         Key("viscosity", Dimension.VISCOSITY, "instead: tension per stretch rate", "0.2 N*s/m", least=0),
         Key(
             "law",
-            ("true_tension", "nominal_tension"),
-            "(2.9), or with a potential",
-            "true_tension",
-            default="true_tension",
+            ("tension_field", "nominal_tension", "true_tension"),
+            "tension over elongation; true_tension is (2.9)",
+            "tension_field",
+            default="tension_field",
         ),
-        Key("slack", tuple(RESIDUAL), "what slack fabric does", "cut", default="cut"),
         Key(
-            "residual",
-            Dimension.RATIO,
-            "stiffness in compression, part of that in tension",
-            "0.5 %",
-            computed="0 (cut), 0.5 % (wrinkle)",
-            least=0,
-            most=1,
+            "slack",
+            ("cut", "compression"),
+            "slack fabric carries nothing, or compression",
+            "cut",
+            default="cut",
         ),
         Key("strength", Dimension.TENSION, "tension that it bears, for a margin", "30 kN/m", above=0),
     ),

@@ -129,6 +129,14 @@ class PressureLaw(IntEnum):
     TABLE = 2
 
 
+class Law(IntEnum):
+    """Tension over elongation."""
+
+    TENSION_FIELD = 0  # derivative of the relaxed energy, per unloaded width
+    NOMINAL_TENSION = 1  # (2.9) per unloaded width
+    TRUE_TENSION = 2  # (2.9) per deformed width, as printed
+
+
 class Scheme(IntEnum):
     """Where tensions and directions stand: on the edges, or at cell centres as (3.2) is printed."""
 
@@ -146,21 +154,19 @@ class Turn(IntEnum):
 
 
 class Fabric(NamedTuple):
-    """Constants of Eq. (2.9) on the grid."""
+    """Constants of the tension law on the grid."""
 
+    law: int  # Law
     h1: float  # m, unloaded edge along the generatrix
     h2: float  # m, unloaded edge around the hoop: the chord between two columns
+    e11: float  # N/m, E11: of e11 where wrinkles free the hoop
+    e22: float  # N/m, E22
     c11: float  # N/m, E11/(1 - nu12 nu21)
     c22: float  # N/m, E22/(1 - nu12 nu21)
-    c12: float  # N/m, nu21 E22/(1 - nu12 nu21), of e22 in T11
-    c21: float  # N/m, nu12 E11/(1 - nu12 nu21), of e11 in T22
+    c12: float  # N/m, nu12 E11/(1 - nu12 nu21) = nu21 E22/(1 - nu12 nu21), of e22 in T11 and of e11 in T22
     g12: float  # N/m
     viscosity: float  # N s/m
-    residual: float  # stiffness in compression, part of that in tension
-    floor: float  # N/m, below which viscosity does not pull tensions: 0, or -inf where fabric resists compression
-    relax_1: float  # contraction around the hoop per e11 that leaves no tension there, c21/c22
-    relax_2: float  # contraction along the generatrix per e22, c12/c11
-    kept: float  # contraction beyond that before it counts as wrinkles: 0 in a tension field, else inf
+    floor: float  # N/m, least tension of (2.9): 0, or -inf where fabric resists compression
     true_tension: float  # 1: tensions per deformed width; 0: per unloaded width
 
 
@@ -168,8 +174,8 @@ class Belts(NamedTuple):
     """Belt constants of each row, shape (n1+1,); zero where a row carries no belt. Eq. (2.3)."""
 
     width: Floats  # m, of belt within the row's share of the generatrix
-    stiffness: Floats  # N, E2/(1 - nu12 nu21), under the nominal law E2
-    coupling: Floats  # N, nu12 E11 width/(1 - nu12 nu21), under the nominal law 0
+    stiffness: Floats  # N, E2/(1 - nu12 nu21) under true tensions, else E2
+    coupling: Floats  # N, nu12 E11 width/(1 - nu12 nu21) under true tensions, else 0
     viscosity: Floats  # N s
 
 
@@ -209,7 +215,9 @@ class Contact(NamedTuple):
 class Sector(NamedTuple):
     """How the columns make up the hoop: it repeats them, turned about the axis."""
 
-    copies: float  # sectors in the hoop, 1 where the columns are all of it
+    copies: float  # circumference over the unloaded edges of the columns: more than 1 where they are all of the hoop, for cloth is
+    # on arcs and edges are their chords
+    gas: float  # area between arcs over that between chords, per length of cloth: 1/cos of half the angle between two columns
     cos: float  # of the angle of a sector, exactly 1 where there is only one
     sin: float  # exactly 0 there
 
@@ -226,7 +234,7 @@ class Model(NamedTuple):
     gravity: float  # m/s^2
     radius: float  # m, of the unloaded shell
     cargo_mass: float  # kg, without the shell; one sector's share
-    cover_area: float  # m^2, of the polygon of the row on the cover; one sector's share
+    cover_area: float  # m^2, one sector's share
     most_gas_work: float  # J, more than gas can give: largest pressure times the volume at twice the diameter
     mass: Floats  # kg, of a node of each row, (n1+1,)
     per_mass: Floats  # 1/kg, likewise, zero for the held rows 0 and n1

@@ -9,7 +9,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from softbrake.state import Fabric, Floats, History, Model, Pressure, PressureLaw, Scheme
+from softbrake.state import Fabric, Floats, History, Law, Model, Pressure, PressureLaw, Scheme
 
 Forces = dict[History, Floats]  # N, on the nodes, by the work they do
 
@@ -121,27 +121,21 @@ class Tensions(NamedTuple):
 
 
 def tensions(fabric: Fabric, hooke: Floats, viscous: Floats) -> Tensions:
-    elastic = np.where(hooke < 0.0, fabric.residual * hooke, hooke)
-    least = np.full_like(elastic, -np.inf) if fabric.floor < 0.0 else np.minimum(elastic, 0.0)
-    return Tensions(np.maximum(hooke + viscous, least), elastic)
-
-
-def wrinkled(fabric: Fabric, e1: Floats, e2: Floats) -> tuple[Floats, Floats]:
-    """Elongations across, of what pulls along the generatrix and around the hoop: as they are, or those of wrinkled fabric."""
-    if fabric.kept > 0.0:
-        return e2, e1
-    slack_2 = fabric.c22 * e2 + fabric.c21 * e1 < 0.0
-    slack_1 = fabric.c11 * e1 + fabric.c12 * e2 < 0.0
-    return np.where(slack_2, -fabric.c21 / fabric.c22 * e1, e2), np.where(slack_1, -fabric.c12 / fabric.c11 * e2, e1)
+    least = fabric.floor
+    return Tensions(np.maximum(hooke + viscous, least), np.maximum(hooke, least))
 
 
 def fabric_tensions(fabric: Fabric, e1: Floats, e2: Floats, rate_1: Floats, rate_2: Floats) -> tuple[Tensions, Tensions]:
-    """(2.9)"""
-    across_1, across_2 = wrinkled(fabric, e1, e2)
-    return (
-        tensions(fabric, fabric.c11 * e1 + fabric.c12 * across_1, fabric.viscosity * rate_1),
-        tensions(fabric, fabric.c22 * e2 + fabric.c21 * across_2, fabric.viscosity * rate_2),
-    )
+    """(2.9), or the tension field, of elongations that stand at one place."""
+    hooke_1, hooke_2 = fabric.c11 * e1 + fabric.c12 * e2, fabric.c22 * e2 + fabric.c12 * e1
+    if fabric.law == Law.TENSION_FIELD:  # wrinkles give way across: the stiffness is that of a strip
+        hooke_1 = np.where(hooke_2 < 0.0, fabric.e11 * e1, hooke_1)
+        hooke_2 = np.where(fabric.c11 * e1 + fabric.c12 * e2 < 0.0, fabric.e22 * e2, hooke_2)
+    return tensions(fabric, hooke_1, fabric.viscosity * rate_1), tensions(fabric, hooke_2, fabric.viscosity * rate_2)
+
+
+def corner_means(corners: list[Tensions]) -> Tensions:
+    return Tensions(sum(one.whole for one in corners) / len(corners), sum(one.elastic for one in corners) / len(corners))
 
 
 def around_1(e2: Floats) -> Floats:
@@ -155,10 +149,21 @@ def around_2(e1: Floats) -> Floats:
 
 
 def edge_tensions(fabric: Fabric, x: Floats, v: Floats) -> tuple[Tensions, Tensions]:
-    """T11 of the generatrix edges, T22 of the hoop edges of the free rows; the covers hold the other hoop edges."""
+    """T11 of the generatrix edges, T22 of the hoop edges of the free rows; the covers hold the other hoop edges.
+
+    By (2.9) of the mean elongation of the four edges across, in a tension field the mean of the tensions with each of them.
+    """
     s = stretches(fabric, x, v)
-    generatrix, _ = fabric_tensions(fabric, s.e1, around_1(s.e2), s.rate_1, 0.0 * s.rate_1)
-    _, hoop = fabric_tensions(fabric, around_2(s.e1), s.e2[1:-1], 0.0 * s.rate_2[1:-1], s.rate_2[1:-1])
+    none_1, none_2 = 0.0 * s.rate_1, 0.0 * s.rate_2[1:-1]
+    if fabric.law == Law.TENSION_FIELD:
+        hoops = (s.e2[:-1], left(s.e2)[:-1], s.e2[1:], left(s.e2)[1:])
+        generatrices = (s.e1[:-1], right(s.e1)[:-1], s.e1[1:], right(s.e1)[1:])
+        return (
+            corner_means([fabric_tensions(fabric, s.e1, e2, s.rate_1, none_1)[0] for e2 in hoops]),
+            corner_means([fabric_tensions(fabric, e1, s.e2[1:-1], none_2, s.rate_2[1:-1])[1] for e1 in generatrices]),
+        )
+    generatrix, _ = fabric_tensions(fabric, s.e1, around_1(s.e2), s.rate_1, none_1)
+    _, hoop = fabric_tensions(fabric, around_2(s.e1), s.e2[1:-1], none_2, s.rate_2[1:-1])
     return generatrix, hoop
 
 
@@ -186,8 +191,8 @@ def edge_forces(fabric: Fabric, x: Floats, v: Floats) -> tuple[Floats, Floats]:
     """Forces of the fabric on the nodes, N: of generatrix and hoop edges, whole tensions; second value: elastic ones."""
     edge, s = differences(x), stretches(fabric, x, v)
     generatrix, hoop = edge_tensions(fabric, x, v)
-    width_1 = fabric.h2 * (1.0 + fabric.true_tension * wrinkled(fabric, s.e1, around_1(s.e2))[0])
-    width_2 = fabric.h1 * (1.0 + fabric.true_tension * wrinkled(fabric, around_2(s.e1), s.e2[FREE])[1])
+    width_1 = fabric.h2 * (1.0 + fabric.true_tension * around_1(s.e2))
+    width_2 = fabric.h1 * (1.0 + fabric.true_tension * around_2(s.e1))
     direction_1 = edge.along_1 / length(edge.along_1)[..., None]
     direction_2 = (edge.along_2 / length(edge.along_2)[..., None])[FREE]
     results = []
@@ -226,8 +231,7 @@ def cell_forces(fabric: Fabric, x: Floats, v: Floats) -> tuple[Floats, Floats]:
     s = cell_means(x, v, fabric)
     r1, r2 = cell_directions(fabric, x)
     l1, l2 = r1 / (1.0 + s.e1)[..., None], r2 / (1.0 + s.e2)[..., None]
-    across_1, across_2 = wrinkled(fabric, s.e1, s.e2)
-    wide_1, wide_2 = 1.0 + fabric.true_tension * across_2, 1.0 + fabric.true_tension * across_1
+    wide_1, wide_2 = 1.0 + fabric.true_tension * s.e1, 1.0 + fabric.true_tension * s.e2
     generatrix, hoop = cell_tensions(fabric, x, v)
     results = []
     for t1, t2 in ((generatrix.whole, hoop.whole), (generatrix.elastic, hoop.elastic)):
@@ -236,11 +240,38 @@ def cell_forces(fabric: Fabric, x: Floats, v: Floats) -> tuple[Floats, Floats]:
     return results[0], results[1]
 
 
+def field_tensions(fabric: Fabric, e1: Floats, e2: Floats) -> tuple[Floats, Floats]:
+    """Elastic tensions of the tension field."""
+    generatrix, hoop = fabric_tensions(fabric, e1, e2, 0.0 * e1, 0.0 * e2)
+    return generatrix.elastic, hoop.elastic
+
+
+def diagonal_wrinkle(fabric: Fabric, E1: Floats, E2: Floats, sine: Floats) -> Floats:
+    """Amplitude b of wrinkles along the shortened diagonal, where T1 + T2 rise to twice T12, by bisection; 0 if they are above."""
+    low, high = 0.0 * sine, 0.5 * sine
+    for _ in range(80):
+        b = 0.5 * (low + high)
+        short = sum(field_tensions(fabric, E1 + b, E2 + b)) < 2.0 * fabric.g12 * (sine - 2.0 * b)
+        low, high = np.where(short, b, low), np.where(short, high, b)
+    return high
+
+
 def shear_forces(fabric: Fabric, x: Floats) -> Floats:
-    """Forces of T12 = T21 with the energy 1/2 G12 (r1 r2)^2 per unloaded area: resultants G12 (r1 r2) r2 and … r1."""
+    """Forces of T12 = T21 with the energy 1/2 G12 (r1 r2)^2 per unloaded area: resultants G12 (r1 r2) r2 and … r1.
+
+    In a tension field that of r1 r2 less 2 b, and what b adds to both strains: resultants (T1(E + b) - T1(E)) r1 and so on.
+    """
     r1, r2 = cell_directions(fabric, x)
-    shear = fabric.g12 * dot(r1, r2)[..., None]
-    return difference_on_corners(shear * r2, shear * r1, fabric, x.shape)
+    sine = dot(r1, r2)
+    along_1, along_2 = 0.0 * r1, 0.0 * r2
+    if fabric.law == Law.TENSION_FIELD:
+        E1, E2 = 0.5 * (dot(r1, r1) - 1.0), 0.5 * (dot(r2, r2) - 1.0)
+        b = diagonal_wrinkle(fabric, E1, E2, np.abs(sine))
+        sine = sine - 2.0 * b * np.sign(sine)
+        raised, plain = field_tensions(fabric, E1 + b, E2 + b), field_tensions(fabric, E1, E2)
+        along_1, along_2 = (raised[0] - plain[0])[..., None] * r1, (raised[1] - plain[1])[..., None] * r2
+    shear = fabric.g12 * sine[..., None]
+    return difference_on_corners(shear * r2 + along_1, shear * r1 + along_2, fabric, x.shape)
 
 
 def belt_loads(model: Model, x: Floats, v: Floats) -> Tensions:
@@ -305,7 +336,7 @@ def node_mass(model: Model) -> Floats:
 
 def kinetic_energy(model: Model, v: Floats) -> float:
     """Of shell and cargo, J."""
-    return float((0.5 * node_mass(model) * dot(v, v)).sum() + 0.5 * model.cargo_mass * v[-1, 0, 2] ** 2)
+    return model.sector.copies * float((0.5 * node_mass(model) * dot(v, v)).sum() + 0.5 * model.cargo_mass * v[-1, 0, 2] ** 2)
 
 
 def top_tensions(model: Model, x: Floats, v: Floats) -> dict[History, tuple[float, float]]:
@@ -338,7 +369,7 @@ def forces_of(model: Model, x: Floats, v: Floats, time: float) -> Forces:
     weight = np.zeros_like(x)
     weight[..., 2] = -node_mass(model) * model.gravity
     return {
-        History.WORK_PRESSURE: pressure[..., None] * area,
+        History.WORK_PRESSURE: model.sector.gas * pressure[..., None] * area,
         History.WORK_ELASTIC: elastic + shear_forces(model.fabric, x),
         History.WORK_VISCOUS: (whole - elastic) + (belt_whole - belt_elastic),
         History.WORK_BELTS: belt_elastic,
@@ -346,9 +377,9 @@ def forces_of(model: Model, x: Floats, v: Floats, time: float) -> Forces:
     }
 
 
-def lying_area(x: Floats, forces: Forces) -> float:
+def lying_area(model: Model, x: Floats, forces: Forces) -> float:
     """Area of cloth on the ground, m^2: of each free node the part of its load that the ground bears."""
-    facing = -np.minimum(area_vectors(x)[..., 2], 0.0)
+    facing = -model.sector.gas * np.minimum(area_vectors(x)[..., 2], 0.0)
     load = np.where(facing > 0.0, -forces[History.WORK_PRESSURE][..., 2], 0.0) - forces[History.WORK_GRAVITY][..., 2]
     share = np.minimum(forces[History.WORK_GROUND][..., 2] / np.maximum(load, 1e-30), 1.0)
     return float(facing[0].sum() + (facing * share)[FREE].sum())
@@ -363,7 +394,7 @@ def step(model: Model, x: Floats, v: Floats, time: float, dt: float, step: float
 
     new = v + dt * total / node_mass(model)[..., None]
     new[0] = 0.0
-    moving = model.cargo_mass + model.n2 * model.mass[-1]
+    moving, copies = model.cargo_mass + model.n2 * model.mass[-1], model.sector.copies
     lift = on_cover + float((total - forces[History.WORK_GRAVITY])[-1, :, 2].sum())
     acceleration = lift / moving - model.gravity  # (2.4)
     new[-1] = v[-1] + dt * np.array([0.0, 0.0, acceleration])
@@ -379,6 +410,7 @@ def step(model: Model, x: Floats, v: Floats, time: float, dt: float, step: float
     work = {name: dt * float(dot(force, mean).sum()) for name, force in forces.items()}
     work[History.WORK_PRESSURE] += dt * on_cover * mean[-1, 0, 2]
     work[History.WORK_GRAVITY] -= dt * model.cargo_mass * model.gravity * mean[-1, 0, 2]
+    work = {name: copies * value for name, value in work.items()}
     top = top_tensions(model, x, v)
     now = {
         History.TIME: time,
@@ -387,9 +419,9 @@ def step(model: Model, x: Floats, v: Floats, time: float, dt: float, step: float
         History.VELOCITY: float(v[-1, 0, 2]) + (dt - 0.5 * step) * acceleration,
         History.ACCELERATION: acceleration,
         History.PRESSURE: uniform,
-        History.COVER_FORCE: lift,
-        History.GROUND_AREA: model.cover_area + lying_area(x, forces),
-        History.GROUND_FORCE: on_cover - float(total[0, :, 2].sum()) + float(forces[History.WORK_GROUND][..., 2].sum()),
+        History.COVER_FORCE: copies * lift,
+        History.GROUND_AREA: copies * (model.cover_area + lying_area(model, x, forces)),
+        History.GROUND_FORCE: copies * (on_cover - float(total[0, :, 2].sum()) + float(forces[History.WORK_GROUND][..., 2].sum())),
         **{which: value for which, (value, _) in top.items()},
     }
     return Step(places, new, now, work, top)
@@ -425,7 +457,7 @@ def stable_step(model: Model, x: Floats) -> float:
         np.where(taut[..., None], vectors / length(vectors)[..., None], 0.0)
         for vectors, taut in ((edge.along_1, s.e1 > -0.02), (edge.along_2, s.e2 > -0.02))
     )
-    true, least, p = fabric.true_tension, np.inf, model.pressure.most
+    true, least, p = fabric.true_tension, np.inf, model.sector.gas * model.pressure.most
     weight, by_belts = weights(model), weights(model, fabric.c22 * fabric.h1)
     for i in range(1, n1):
         corners = [dot(g[k], h) for k in (i - 1, i) for g in (unit_1,) for h in (unit_2[i], left(unit_2)[i])]
@@ -443,7 +475,7 @@ def stable_step(model: Model, x: Floats) -> float:
             pull_1 += 2.0 / mass * max(fabric.c11 * e1[k] + fabric.c12 * across[k], 0.0) * width / (fabric.h1 * (1.0 + e1[k]))
         longer = max(e1[i - 1], e1[i])
         width = fabric.h1 * (1.0 + true * 0.5 * (e1[i - 1] + e1[i]))
-        load = max(fabric.c22 * e2[i] + fabric.c21 * longer, 0.0) * width + belts.stiffness[i] * e2[i]
+        load = max(fabric.c22 * e2[i] + fabric.c12 * longer, 0.0) * width + belts.stiffness[i] * e2[i]
         stiff_2 = (shared * fabric.c22 * width + around * belts.stiffness[i]) / fabric.h2
         damper_2 = (shared * fabric.viscosity * width + around * belts.viscosity[i]) / fabric.h2
         pull_2 = around * load / (fabric.h2 * (1.0 + e2[i]))
@@ -457,7 +489,7 @@ def stable_step(model: Model, x: Floats) -> float:
         if model.scheme == Scheme.EDGE:
             wide_1, wide_2 = 1.0 + true * longer, 1.0 + true * e2[i]
             by_e2 = fabric.c12 * wide_2 + true * (fabric.c11 * longer + fabric.c12 * e2[i])
-            by_e1 = fabric.c21 * wide_1 + true * (fabric.c22 * e2[i] + fabric.c21 * longer)
+            by_e1 = fabric.c12 * wide_1 + true * (fabric.c22 * e2[i] + fabric.c12 * longer)
             crossed = max(stiff_1, stiff_2) * sqrt(by_e2 * by_e1 / (fabric.c11 * wide_2 * fabric.c22 * wide_1))
             coupled = shear_1 + shear_2 + crossed
             stiff_1 += max(around / both - 1.0, 0.0) * (shear_1 + crossed)

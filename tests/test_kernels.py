@@ -5,7 +5,7 @@ Compiled once more with NUMBA_BOUNDSCHECK=1 these tests show that no kernel leav
 
 import re
 from collections.abc import Callable
-from math import cos, exp, pi, sqrt
+from math import cos, exp, pi, sin, sqrt
 from typing import Any, NamedTuple
 
 import naive
@@ -26,14 +26,29 @@ from softbrake.kernels.geometry import clear_forces
 from softbrake.kernels.jit import NoAlias, kernel
 from softbrake.kernels.step import advance
 from softbrake.kernels.timestep import stable_step
-from softbrake.state import PAD, BeltRow, Cells, Edges, Floats, History, Model, Nodes, Outcome, Peak, Pressure, PressureLaw, Rows
+from softbrake.state import (
+    PAD,
+    BeltRow,
+    Cells,
+    Edges,
+    Floats,
+    History,
+    Law,
+    Model,
+    Nodes,
+    Outcome,
+    Peak,
+    Pressure,
+    PressureLaw,
+    Rows,
+)
 
 pytestmark = pytest.mark.kernels
 
 CASE = """
 shell:    {diameter: 0.5 m, height: 0.6 m}
 contact:  ground
-fabric:   {E11: 20 kN/m, E22: 16 kN/m, nu12: 0.25, nu21: 0.3, G12: 300 N/m, areal_density: 0.05 kg/m^2, viscosity: 0.2 N*s/m}
+fabric:   {E11: 20 kN/m, E22: 16 kN/m, nu12: 0.25, G12: 300 N/m, areal_density: 0.05 kg/m^2, viscosity: 0.2 N*s/m}
 belts:
   - {height: 0.23 m, layers: 5, width: 50 mm}
   - {height: 0.37 m, stiffness: 8 kN, line_density: 20 g/m, width: 130 mm}
@@ -44,21 +59,26 @@ time:     {courant: 0.5}
 """
 TABLE = "{law: table, times: [0 s, 1 ms, 0.1 s], values: [5 kPa, 15 kPa, 0 Pa], damping: 0.01 s/m}"
 VARIANTS = {
-    "edge, cut": (),
-    "edge, nominal, compression": ("fabric.law=nominal_tension", "fabric.nu21=0.3125", "fabric.slack=compression"),
-    "edge, wrinkle": ("fabric.slack=wrinkle",),
-    "cell, nominal, wrinkle": ("model.scheme=cell", "fabric.law=nominal_tension", "fabric.nu21=0.3125", "fabric.slack=wrinkle"),
-    "cell, cut, table": ("model.scheme=cell", f"pressure={TABLE}"),
+    "edge": (),
+    "edge, true": ("fabric.law=true_tension",),
+    "edge, nominal, compression": ("fabric.law=nominal_tension", "fabric.slack=compression"),
+    "edge, stiff in shear": ("fabric.G12=20 kN/m",),
+    "cell": ("model.scheme=cell",),
+    "cell, true, table": ("model.scheme=cell", "fabric.law=true_tension", f"pressure={TABLE}"),
     "cell, nominal, compression, no belts, no shear, no damping": (
         "model.scheme=cell",
         "fabric.law=nominal_tension",
-        "fabric.nu21=0.3125",
         "fabric.slack=compression",
         "fabric.G12=0",
         "belts=[]",
         "pressure={law: constant, value: 15 kPa}",
     ),
-    "edge, odd grid": ("grid.generatrix=5", "grid.hoop=9", "belts={count: 2, layers: 5, width: 0.15 m}"),
+    "edge, true, odd grid": (
+        "fabric.law=true_tension",
+        "grid.generatrix=5",
+        "grid.hoop=9",
+        "belts={count: 2, layers: 5, width: 0.15 m}",
+    ),
 }
 
 
@@ -232,15 +252,20 @@ def test_cell_tensions_and_forces(shell: Shell) -> None:
 
 
 def test_shear_forces(shell: Shell) -> None:
-    model, (g, h, cells) = shell.model, whole_grid(shell.model, shell.nodes)
+    """In a tension field with those of the wrinkles that it straightens."""
+    model, (g, h, cells), wrinkled = shell.model, whole_grid(shell.model, shell.nodes), []
     cloth = model.fabric._replace(g12=300.0)
 
     def add(i: int, row: Rows, above: Rows) -> None:
         here, upper = at(model, i), at(model, i + 1)
-        fabric.update_shear(cloth, g, h, cells, here, here, upper, here, model.n2)
+        wrinkled.append(fabric.update_shear(cloth, g, h, cells, here, here, upper, here, model.n2))
         fabric.add_shear_forces(g, h, cells, row, above, here, here, upper, here, model.n2)
+        if wrinkled[-1]:
+            fabric.add_diagonal_tension(cloth, g, h, cells, here, here, upper, here, model.n2, False)
+            fabric.add_cell_forces(g, h, cells, row, above, here, here, upper, here, model.n2)
 
     close(gather(model, range(model.n1), add), naive.shear_forces(cloth, shell.x))
+    assert any(wrinkled) == (cloth.law == Law.TENSION_FIELD)
 
 
 def test_belt_tensions_and_forces(shell: Shell) -> None:
@@ -351,7 +376,7 @@ def test_stable_step(shell: Shell) -> None:
 def test_stable_step_of_a_light_stiff_belt(stiff: str) -> None:
     """The belt's row decides the step, by its stiffness along the hoop or by its tension across a stiff generatrix."""
     belt = "belts=[{height: 0.3 m, stiffness: 200 kN, line_density: 0.1 g/m, width: 50 mm}]"
-    drop = make_drop(belt, stiff, "fabric.nu12=0.01", "fabric.nu21=0.01")
+    drop = make_drop(belt, stiff, "fabric.nu12=0.01 if stiff.startswith('fabric.E11') else 0.0001")
     shell = taut(drop)
     without = naive.stable_step(drop.model._replace(belts=drop.model.belts._replace(stiffness=np.zeros(7))), shell.x)
     expected = naive.stable_step(drop.model, shell.x)
@@ -592,34 +617,84 @@ def uniform_tensions(e1: float, e2: float, *overrides: str) -> tuple[float, floa
     return float(one), float(two)
 
 
-@pytest.mark.parametrize(("law", "true"), [("true_tension", 1.0), ("nominal_tension", 0.0)])
-def test_tension_field(law: str, true: float) -> None:
-    """Taut both ways: Hooke. Wrinkled: E e along the wrinkles, on the width that tension leaves; residual stiffness across."""
-    overrides = ("fabric={E11: 20 kN/m, E22: 16 kN/m, nu12: 0.25, nu21: 0.3125, viscosity: 0, areal_density: 0.05 kg/m^2, "
-                 f"law: {law}, slack: wrinkle, residual: 0.01}}",)  # fmt: skip
+ORTHOTROPIC = "fabric={E11: 20 kN/m, E22: 16 kN/m, nu12: 0.25, viscosity: 0, areal_density: 0.05 kg/m^2, G12: 0}"
+
+
+def test_tension_field() -> None:
+    """Taut both ways: Hooke. Wrinkled: a strip that pulls with E e. Slack: nothing."""
     part = 1.0 - 0.25 * 0.3125
 
     def hooke(e1: float, e2: float) -> tuple[float, float]:
         return (20e3 * e1 + 0.3125 * 16e3 * e2) / part, (16e3 * e2 + 0.25 * 20e3 * e1) / part
 
-    taut = hooke(0.05, -0.01)  # e2 < 0, but less than the contraction 0.3125 e1 of the wrinkled one
-    assert uniform_tensions(0.05, -0.01, *overrides) == pytest.approx((taut[0] * (1 - 0.01 * true), taut[1] * (1 + 0.05 * true)))
-    assert hooke(0.05, -0.3)[1] < 0.0
-    natural = -0.3125 * 0.05
-    found = uniform_tensions(0.05, -0.3, *overrides)
-    assert found == pytest.approx((20e3 * 0.05 * (1 + natural * true), 0.01 * 16e3 * -0.3 * (1 + 0.25 * 0.3 * true)))
-    found = uniform_tensions(-0.2, 0.04, *overrides)
-    assert found[1] == pytest.approx(16e3 * 0.04 * (1 - 0.25 * 0.04 * true))
-    slack = uniform_tensions(-0.1, -0.2, *overrides)
-    assert slack[0] < 0.0 and slack[1] < 0.0
-    assert max(abs(tension) for tension in slack) < 0.011 * 20e3 * 0.2
-    at_rest = uniform_tensions(-0.1, -0.2, *overrides, "fabric.residual=0")
-    assert at_rest == (0.0, 0.0)
+    taut = hooke(0.05, -0.01)  # e2 < 0, but less than the contraction 0.3125 e1 of a strip
+    assert taut[1] > 0.0
+    assert uniform_tensions(0.05, -0.01, ORTHOTROPIC) == pytest.approx(taut)
+    assert uniform_tensions(0.05, -0.3, ORTHOTROPIC) == pytest.approx((20e3 * 0.05, 0.0))
+    assert uniform_tensions(-0.2, 0.04, ORTHOTROPIC) == pytest.approx((0.0, 16e3 * 0.04))
+    assert uniform_tensions(-0.1, -0.2, ORTHOTROPIC) == (0.0, 0.0)
 
 
-def test_tension_field_is_continuous() -> None:
-    """Across each border between taut, wrinkled and slack: tensions move no more than strains times the stiffness."""
+def test_tension_field_is_continuous_and_has_a_potential() -> None:
+    """Across the borders between taut, wrinkled and slack tensions go on, and no closed path of strains gives energy."""
     path = np.linspace(-0.05, 0.05, 2001)
     for line in ((path, 0.02 + 0.0 * path), (0.02 + 0.0 * path, path), (path, -path), (path, path)):
-        tensions = np.array([uniform_tensions(e1, e2, "fabric.slack=wrinkle") for e1, e2 in zip(*line, strict=True)])
+        tensions = np.array([uniform_tensions(e1, e2, ORTHOTROPIC) for e1, e2 in zip(*line, strict=True)])
         assert np.abs(np.diff(tensions, axis=0)).max() < 1.5e-4 * 20e3
+    angle = np.linspace(0.0, 2.0 * pi, 2001)
+    e1, e2 = 0.01 + 0.05 * np.cos(angle), 0.05 * np.sin(angle)  # taut, wrinkled either way, slack
+    tensions = np.array([uniform_tensions(*at, ORTHOTROPIC) for at in zip(e1, e2, strict=True)])
+    work = 0.5 * (tensions[1:] + tensions[:-1]) * np.diff(np.stack((e1, e2), axis=-1), axis=0)
+    assert np.abs(work).sum() > 10.0
+    assert abs(work.sum()) < 1e-6 * np.abs(work).sum()
+
+
+def shear_of(e1: float, e2: float, angle: float, g12: float) -> tuple[float, float]:
+    """T12 (N/m) of one cell that is stretched evenly and sheared by an angle (rad), and what shear adds to T11."""
+    cloth = make_drop(ORTHOTROPIC).model.fabric._replace(g12=g12, h1=0.1, h2=0.1)
+    edges = [Edges(*(np.zeros(4 * PAD) for _ in Edges._fields)) for _ in range(2)]
+    cells, row = Cells(*(np.zeros(4 * PAD) for _ in Cells._fields)), np.uint64(2 * PAD)
+    edges[0].z[:], edges[0].x[:] = 0.1 * (1.0 + e1) * cos(angle), 0.1 * (1.0 + e1) * sin(angle)
+    edges[1].x[:] = 0.1 * (1.0 + e2)
+    wrinkled = fabric.update_shear(cloth, *edges, cells, row, row, row, row, 1)
+    fabric.add_diagonal_tension(cloth, *edges, cells, row, row, row, row, 1, False)
+    assert wrinkled == (cells.force_1[row] > 0.0 or (wrinkled and e1 < 0.0 and e2 < 0.0))
+    return 4.0 * float(cells.shear[row]), 4.0 * float(cells.force_1[row])
+
+
+def test_shear_of_taut_and_slack_cloth() -> None:
+    """Taut cloth resists shear with G12; cloth that is slack along both directions by half of it not at all; in between T12 stays
+    below the mean of the tensions, so that neither diagonal is pressed."""
+    sine = 1.02**2 * sin(0.05)
+    assert shear_of(0.02, 0.02, 0.05, 1e3) == (pytest.approx(1e3 * sine), 0.0)
+    assert shear_of(0.02, 0.02, -0.05, 1e3)[0] == pytest.approx(-1e3 * sine)
+    assert shear_of(-0.05, -0.05, 0.05, 1e3) == (pytest.approx(0.0, abs=1e-12), 0.0)  # Green's strains -0.049, half the sine 0.0226
+    strained, added = shear_of(0.001, 0.001, 0.3, 1e3)  # no tension to speak of, much shear: the long diagonal pulls
+    assert 0.0 < strained < 0.9 * 1e3 * sin(0.3)
+    assert added > 0.0
+    green = 0.5 * (1.001**2 - 1.0)
+    contraction = (1e3 * (1.001**2 * sin(0.3)) - strained) / 2e3  # b
+    part = 1.0 - 0.25 * 0.3125
+    tensions = ((20e3 + 5e3) / part + (16e3 + 5e3) / part) * (green + contraction)
+    assert tensions == pytest.approx(2.0 * strained)
+
+
+def test_sheared_cloth_has_a_potential() -> None:
+    """A cell goes round a closed path through taut, sheared and slack: shear and what it straightens give back what they took."""
+    angle = np.linspace(0.0, 2.0 * pi, 4001)
+    e1, e2, shear = 0.03 * np.cos(angle), 0.02 * np.sin(angle), 0.2 * np.sin(2.0 * angle + 0.3) + 0.1
+    cloth = make_drop(ORTHOTROPIC).model.fabric._replace(g12=1e3, h1=0.1, h2=0.1)
+    works = []
+    for a, b, c in zip(e1, e2, shear, strict=True):
+        edges = [Edges(*(np.zeros(4 * PAD) for _ in Edges._fields)) for _ in range(2)]
+        cells, row = Cells(*(np.zeros(4 * PAD) for _ in Cells._fields)), np.uint64(2 * PAD)
+        r1, r2 = np.array([(1.0 + a) * sin(c), (1.0 + a) * cos(c)]), np.array([1.0 + b, 0.0])
+        edges[0].x[:], edges[0].z[:], edges[1].x[:] = 0.1 * r1[0], 0.1 * r1[1], 0.1 * r2[0]
+        fabric.update_shear(cloth, *edges, cells, row, row, row, row, 1)
+        fabric.add_diagonal_tension(cloth, *edges, cells, row, row, row, row, 1, False)
+        t12, t1, t2 = (4.0 * float(part[row]) for part in (cells.shear, cells.force_1, cells.force_2))
+        works.append((np.concatenate((r1, r2)), np.concatenate((t1 * r1 + t12 * r2, t2 * r2 + t12 * r1))))
+    places, forces = (np.array(part) for part in zip(*works, strict=True))
+    work = (0.5 * (forces[1:] + forces[:-1]) * np.diff(places, axis=0)).sum(axis=1)
+    assert np.abs(work).sum() > 10.0
+    assert abs(work.sum()) < 1e-5 * np.abs(work).sum()

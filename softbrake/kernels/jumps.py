@@ -9,6 +9,7 @@ against contact, contact takes less: its own work changes by the opposite of the
 from numba import uint64
 
 from softbrake.kernels.fabric import (
+    add_diagonal_tension,
     update_belt_tension,
     update_cell_tension,
     update_generatrix_tension,
@@ -129,7 +130,7 @@ def add_jump_work(model, state, sweep, dt, length):
     state.work; scratch in sweep, which it goes through as sweep_rows does.
     """
     n1, n2, stride, fabric, belts = model.n1, model.n2, uint64(model.stride), model.fabric, model.belts
-    nodes, work, pressure = state.nodes, state.work, state.now[History.PRESSURE]
+    nodes, work, on_chords = state.nodes, state.work, state.now[History.PRESSURE] * model.sector.gas
     before, free, sector = sweep.parting.before, sweep.parting.free, model.sector
     first, last = find_jumps(nodes, free, n1, stride, n2)
     if first > last:
@@ -141,7 +142,7 @@ def add_jump_work(model, state, sweep, dt, length):
         sums[j] = works_of(work, j)
     for i in range(first - 1, last + 2):
         return_row(nodes, before, uint64(i) * stride, stride, length)
-    start = uint64((first - 1) % 3) * stride + FIRST
+    start, wrinkled, wrinkled_below = uint64((first - 1) % 3) * stride + FIRST, False, False
     update_edges(before, h, uint64(first - 1) * stride + FIRST, ONE, start, n2, fabric.h2)  # (2.6)
     close_edges(h, sector, start, n2)
     for i in range(first - 1, last + 2):
@@ -164,19 +165,22 @@ def add_jump_work(model, state, sweep, dt, length):
             update_hoop_tension(fabric, h, g, tension_2, hoop, below, row, n2)
         if i <= last and not edge_scheme:
             update_cell_tension(fabric, g, h, cells, tension_1, tension_2, row, hoop, hoop_above, row, n2)
+        wrinkled, wrinkled_below = False, wrinkled
         if i <= last and shear:
-            update_shear(fabric, g, h, cells, row, hoop, hoop_above, row, n2)
+            wrinkled = update_shear(fabric, g, h, cells, row, hoop, hoop_above, row, n2)
+        if wrinkled:
+            add_diagonal_tension(fabric, g, h, cells, row, hoop, hoop_above, row, n2, not edge_scheme)
         if first <= i <= last:
             halve_jumps(nodes, free, mean, sector, node, row, n2)
             update_area_vectors(g, h, sweep.area, row, below, hoop, hoop_above, hoop_below, n2)  # (2.7)
             if model.pressure.damping > 0.0:
-                update_damped_pressure(model.pressure, pressure, before, sweep.area, on_nodes, node, lanes(n2))  # (2.11)
+                update_damped_pressure(model.pressure, on_chords, before, sweep.area, on_nodes, node, lanes(n2))  # (2.11)
             add_node_work(sweep.area, on_nodes, mean, work, dt, model.gravity * model.mass[i], row, n2)
         if belted:
             add_belt_work(belt, h, mean, work.belts, work.viscous, row, hoop, dt, n2)
         if i >= first and edge_scheme:
             add_edge_work(g, h, mean, work.elastic, work.viscous, below, row, hoop, dt, n2)
-        if i >= first and not edge_scheme:
+        if i >= first and (wrinkled_below or not edge_scheme):
             add_cell_work(g, h, cells, mean, work.elastic, work.viscous, below, hoop_below, hoop, below, below, row, dt, n2)
         if i >= first and shear:
             add_shear_work(g, h, cells, mean, work.elastic, below, hoop_below, hoop, below, below, row, dt, n2)

@@ -1,7 +1,7 @@
 """One step of the axisymmetric shell, and its loop over steps: the limit of step.py's rows for columns that are all alike.
 
-Node i = 0 … n1 stands at radius x and height z, edge i between nodes i and i+1; all loops run along the generatrix. The hoop
-stays a polygon: its edges, `side` long per radius, pull a node inwards by `side` times their force. Equations as in step.py.
+Node i = 0 … n1 stands at radius x and height z, edge i between nodes i and i+1; all loops run along the generatrix. The column
+stands for a wedge of circles of the angle `side`, whose hoops pull a node inwards by `side` times their force. Equations as in step.py.
 Loops of a step take whole vectors, see rows.py. Beyond the free nodes they reach the row on the cover, which has no mass there
 and moves on its own, and then copies of that row, whose edges have no length and are slack.
 """
@@ -20,7 +20,7 @@ from softbrake.kernels.motion import lying_area, push_cargo
 from softbrake.kernels.pressure import pressure_at, update_damped_pressure
 from softbrake.kernels.rows import lanes
 from softbrake.kernels.timestep import along, joined, largest, rate_of
-from softbrake.state import PAD, History, Outcome, Peak
+from softbrake.state import PAD, History, Law, Outcome, Peak
 
 ONE = uint64(1)
 FIRST = uint64(PAD)
@@ -46,7 +46,7 @@ def sweep_meridian(model, state, meridian, dt, length):
     copy_top(nodes, top)
     update_generatrix(fabric, nodes, meridian, side, n1)  # (2.6), (2.9)
     pull_hoops(fabric, nodes, meridian, side, n1)  # (2.3), (2.9)
-    update_areas(nodes, meridian, model.sector.sin, n1)  # (2.7)
+    update_areas(nodes, meridian, side, n1)  # (2.7)
     if model.pressure.damping > 0.0:
         at, count = uint64(0), lanes(n1 + 1)
         update_damped_pressure(model.pressure, pressure, nodes, meridian.area, meridian.pressure, at, count)  # (2.11)
@@ -103,14 +103,15 @@ def copy_top(nodes, top):
 
 @kernel
 def update_generatrix(fabric, nodes, meridian, side, n1):
-    """Update edges and T11 along the generatrix, the hoop's elongation the mean of the two nodes. Eqs. (2.6), (2.9).
+    """Update edges and T11 along the generatrix. Eq. (2.6), the tension field at both corners with a hoop, or (2.9).
 
+    By (2.9) the hoop's elongation is the mean of the two nodes'.
     Reads nodes; side: hoop edge per radius. Writes meridian.x, z (m, edge vector), e, tension_1 (N/m), force and elastic (N/m:
     edge force over edge length).
     """
     x, z, u, w = nodes.x, nodes.z, nodes.u, nodes.w
-    per_1 = 1.0 / fabric.h1
-    half = 0.5 * side / fabric.h2
+    per_1, per_2 = 1.0 / fabric.h1, side / fabric.h2
+    field = fabric.law == Law.TENSION_FIELD
     for i in range(lanes(n1)):
         j = i + ONE
         dx = x[j] - x[i]
@@ -118,13 +119,16 @@ def update_generatrix(fabric, nodes, meridian, side, n1):
         square = max(dx * dx + dz * dz, SMALLEST_SQUARE)
         inverse = 1.0 / sqrt(square)
         e = square * inverse * per_1 - 1.0
-        rate = (dx * (u[j] - u[i]) + dz * (w[j] - w[i])) * inverse * per_1
-        across = half * (abs(x[i]) + abs(x[j])) - 1.0
-        across = max(across, -fabric.relax_1 * e - fabric.kept)
-        hooke = fabric.c11 * e + fabric.c12 * across
-        elastic = max(hooke, fabric.residual * hooke)
-        tension = max(hooke + fabric.viscosity * rate, min(elastic, 0.0) + fabric.floor)
-        per_length = fabric.h2 * (1.0 + fabric.true_tension * across) * inverse
+        viscous = fabric.viscosity * (dx * (u[j] - u[i]) + dz * (w[j] - w[i])) * inverse * per_1
+        lower, upper = abs(x[i]) * per_2 - 1.0, abs(x[j]) * per_2 - 1.0
+        per_length = fabric.h2 * inverse
+        if field:
+            tension, elastic = mean_field_tension(fabric.e11 * e, fabric.c11 * e, fabric.c12 * lower, fabric.c12 * upper, viscous)
+        else:
+            across = 0.5 * (lower + upper)
+            hooke = fabric.c11 * e + fabric.c12 * across
+            tension, elastic = max(hooke + viscous, fabric.floor), max(hooke, fabric.floor)
+            per_length *= 1.0 + fabric.true_tension * across
         meridian.x[i] = dx
         meridian.z[i] = dz
         meridian.e[i] = e
@@ -134,24 +138,42 @@ def update_generatrix(fabric, nodes, meridian, side, n1):
 
 
 @kernel
-def pull_hoops(fabric, nodes, meridian, side, n1):
-    """Update T22 at the nodes, e11 the mean of the two edges, and the belts. Eqs. (2.3), (2.9).
+def mean_field_tension(alone, own, one, two, viscous):
+    """Return the tension (N/m) along an edge, and its elastic part: means of the tension field at two corners.
 
-    Of a node that has passed the axis the hoop is turned inside out. Reads nodes, meridian.e and belts. Writes
-    meridian.tension_2 (N/m), belt_force, hoop, hoop_elastic and belt_elastic (N).
+    alone, own: E e and C e along the edge; one, two: C12 times the elongation across, of either corner.
+    """
+    least = max(alone, 0.0)
+    elastic = max(own + one, least) + max(own + two, least)
+    least = max(alone + viscous, 0.0)
+    own += viscous
+    return 0.5 * (max(own + one, least) + max(own + two, least)), 0.5 * elastic
+
+
+@kernel
+def pull_hoops(fabric, nodes, meridian, side, n1):
+    """Update T22 at the nodes and the belts: the tension field at both corners with an edge, or (2.9), and (2.3).
+
+    By (2.9) e11 is the mean of the two edges'. Of a node that has passed the axis the hoop is turned inside out. Reads nodes,
+    meridian.e and belts. Writes meridian.tension_2 (N/m), belt_force, hoop, hoop_elastic and belt_elastic (N).
     """
     x, u, e, belts = nodes.x, nodes.u, meridian.e, meridian.belts
     per_2 = side / fabric.h2
+    field = fabric.law == Law.TENSION_FIELD
     for i in range(ONE, ONE + lanes(n1 - 1)):
         sign = 1.0 if x[i] >= 0.0 else -1.0
         hoop = abs(x[i]) * per_2 - 1.0
         rate = sign * u[i] * per_2
-        e1 = 0.5 * (e[i - ONE] + e[i])
-        across = max(e1, -fabric.relax_2 * hoop - fabric.kept)
-        hooke = fabric.c22 * hoop + fabric.c21 * across
-        elastic = max(hooke, fabric.residual * hooke)
-        tension = max(hooke + fabric.viscosity * rate, min(elastic, 0.0) + fabric.floor)
-        width = fabric.h1 * (1.0 + fabric.true_tension * across)
+        viscous = fabric.viscosity * rate
+        lower, upper, width = e[i - ONE], e[i], fabric.h1
+        e1 = 0.5 * (lower + upper)
+        if field:
+            c12, own = fabric.c12, fabric.c22 * hoop
+            tension, elastic = mean_field_tension(fabric.e22 * hoop, own, c12 * lower, c12 * upper, viscous)
+        else:
+            hooke = fabric.c22 * hoop + fabric.c12 * e1
+            tension, elastic = max(hooke + viscous, fabric.floor), max(hooke, fabric.floor)
+            width *= 1.0 + fabric.true_tension * e1
         belt_hooke = belts.stiffness[i] * hoop + belts.coupling[i] * e1
         belt = max(belt_hooke + belts.viscosity[i] * rate, 0.0)
         inwards = side * sign
@@ -163,13 +185,13 @@ def pull_hoops(fabric, nodes, meridian, side, n1):
 
 
 @kernel
-def update_areas(nodes, meridian, sin, n1):
-    """Update the area vectors of the nodes. F of section 3, (2.7) for a wedge of the polygon.
+def update_areas(nodes, meridian, side, n1):
+    """Update the area vectors of the nodes. F of section 3, (2.7) for a wedge of circles; side: its angle.
 
-    The gradient of the wedge's volume, sin dz (r0² + r0 r1 + r1²)/6 for each edge, sin of the angle between two columns: it gives
-    the lower node of an edge (2 r0 + r1) and the upper one (r0 + 2 r1) times (dz, -dr) sin/6. Writes meridian.area (m^2).
+    The gradient of the wedge's volume, side dz (r0² + r0 r1 + r1²)/6 for each edge, which gives the lower node of an edge
+    (2 r0 + r1) and the upper one (r0 + 2 r1) times (dz, -dr) side/6. Writes meridian.area (m^2).
     """
-    sixth = sin / 6.0
+    sixth = side / 6.0
     x, dx, dz, area_x, area_z = nodes.x, meridian.x, meridian.z, meridian.area.x, meridian.area.z
     for i in range(ONE, ONE + lanes(n1)):
         lower = sixth * (3.0 * x[i] - dx[i - ONE])
@@ -392,7 +414,7 @@ def stable_step_of_meridian(model, nodes, meridian):
     e1, e2, skew = by_row.e1, by_row.e2, by_row.skew
     per_1, per_2 = 1.0 / fabric.h1, 1.0 / model.radius
     breathing = fabric.h2 * per_2 * per_2  # side²/h2
-    coupling = 0.5 * sqrt(fabric.c12 * fabric.c21 / (fabric.c11 * fabric.c22))
+    coupling = 0.5 * fabric.c12 / sqrt(fabric.c11 * fabric.c22)
     for i in range(uint64(n1)):
         dx = nodes.x[i + ONE] - nodes.x[i]
         dz = nodes.z[i + ONE] - nodes.z[i]

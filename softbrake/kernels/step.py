@@ -7,6 +7,7 @@ from softbrake.kernels.course import begin_step, choose_step, end_step, raise_pe
 from softbrake.kernels.fabric import (
     add_belt_forces,
     add_cell_forces,
+    add_diagonal_tension,
     add_shear_forces,
     update_belt_tension,
     update_cell_tension,
@@ -79,12 +80,12 @@ def sweep_rows(model, state, sweep, halves, half, parting):
     damped = model.pressure.damping > 0.0
     pressure, length = now[History.PRESSURE], now[History.TIME_STEP]
     dt = 0.5 * (state.last_step[0] + length)
-    gas_on_cover = pressure * model.cover_area
+    gas_on_cover, on_chords = pressure * model.cover_area, pressure * model.sector.gas
     gravity, contact, sectors = model.gravity, model.contact, model.sector.copies
     step = foresee(now, nodes.w[uint64(n1) * stride + FIRST], gravity, model.sector, dt, length)
     touching = (contact.cover == 1 or contact.cargo == 1) and step.next_cover > step.gap  # else it is on the ground before that
-    on_nodes[:] = pressure
-    height = 0.0
+    on_nodes[:] = on_chords
+    height, wrinkled, wrinkled_below = 0.0, False, False
     clear_row(force_above)
     clear_sums(top_1, top_2, top_belt, by_column)
     hoop = uint64(start % 3) * stride + FIRST
@@ -139,14 +140,18 @@ def sweep_rows(model, state, sweep, halves, half, parting):
             update_cell_tension(fabric, g, h, cells, tension_1, tension_2, row, hoop, hoop_above, row, n2)  # (2.9)
             update_top(tension_1, top_1, i + 0.5, n2)
             update_top(tension_2, top_2, i + 0.5, n2)
-            add_cell_forces(g, h, cells, force, force_above, row, hoop, hoop_above, row, n2)  # (3.2)
+        wrinkled, wrinkled_below = False, wrinkled
         if i < stop and shear:
-            update_shear(fabric, g, h, cells, row, hoop, hoop_above, row, n2)
+            wrinkled = update_shear(fabric, g, h, cells, row, hoop, hoop_above, row, n2)
             add_shear_forces(g, h, cells, force, force_above, row, hoop, hoop_above, row, n2)  # (2.2)
+        if wrinkled:
+            add_diagonal_tension(fabric, g, h, cells, row, hoop, hoop_above, row, n2, not edge_scheme)
+        if i < stop and (wrinkled or not edge_scheme):
+            add_cell_forces(g, h, cells, force, force_above, row, hoop, hoop_above, row, n2)  # (3.2)
         if belted:
             add_belt_forces(belt, h, force, hoop, n2)
         if damped and (inside or i == 0 or i == n1):
-            update_damped_pressure(model.pressure, pressure, nodes, area, on_nodes, node, lanes(n2))  # (2.11)
+            update_damped_pressure(model.pressure, on_chords, nodes, area, on_nodes, node, lanes(n2))  # (2.11)
 
         if i == 0:
             tension, gas = vertical_forces(force, area, on_nodes, n2)
@@ -178,13 +183,13 @@ def sweep_rows(model, state, sweep, halves, half, parting):
             add_cargo_work(work, by_column, gas_on_cover + gas, gravity * moving, moving, mean.z[row], velocity, dt)
             work.contact[0] += impulse * mean.z[row]
             book_forces(now, peaks, top_1, top_2, top_belt, by_column, n2, dt, sectors)
-            now[History.GROUND_AREA] = sectors * (model.cover_area + total(by_column.on_ground, n2))
+            now[History.GROUND_AREA] = sectors * (model.cover_area + model.sector.gas * total(by_column.on_ground, n2))
 
         if i > start and edge_scheme:
             add_edge_work(g, h, mean, work.elastic, work.viscous, below, row, hoop, dt, n2)
         if belted:
             add_belt_work(belt, h, mean, work.belts, work.viscous, row, hoop, dt, n2)
-        if i > start and not edge_scheme:
+        if i > start and (wrinkled_below or not edge_scheme):
             add_cell_work(g, h, cells, mean, work.elastic, work.viscous, below, hoop_below, hoop, below, below, row, dt, n2)
         if i > start and shear:
             add_shear_work(g, h, cells, mean, work.elastic, below, hoop_below, hoop, below, below, row, dt, n2)

@@ -115,7 +115,7 @@ def fastest_rate(model, by_row, i):
     longer = max(e1[i - ONE], e1[i])
     belt, wide = model.belts.stiffness[i], fabric.h1 * wide_2
     k2 = (shared * fabric.c22 * wide + per_mass * belt) / fabric.h2
-    load = max(fabric.c22 * e2[i] + fabric.c21 * longer, 0.0) * wide + belt * e2[i]
+    load = max(fabric.c22 * e2[i] + fabric.c12 * longer, 0.0) * wide + belt * e2[i]
     t2 = per_mass * load / (fabric.h2 * (1.0 + e2[i]))
     damping_2 = (shared * fabric.viscosity * wide + per_mass * model.belts.viscosity[i]) / fabric.h2
     skew = by_row.skew[i]
@@ -167,7 +167,7 @@ def poisson(fabric, e1, e2):
     wide_1 = 1.0 + fabric.true_tension * e1
     wide_2 = 1.0 + fabric.true_tension * e2
     by_e2 = fabric.c12 * wide_2 + fabric.true_tension * (fabric.c11 * e1 + fabric.c12 * e2)
-    by_e1 = fabric.c21 * wide_1 + fabric.true_tension * (fabric.c22 * e2 + fabric.c21 * e1)
+    by_e1 = fabric.c12 * wide_1 + fabric.true_tension * (fabric.c22 * e2 + fabric.c12 * e1)
     return by_e2 * by_e1 / (fabric.c11 * wide_2 * fabric.c22 * wide_1)
 
 
@@ -181,7 +181,7 @@ def rate_of(model, by_row, i, square, damping):
     fabric, pressure = model.fabric, model.pressure
     length_1 = fabric.h1 * (1.0 + max(by_row.e1[i - ONE], by_row.e1[i]))
     length_2 = fabric.h2 * (1.0 + by_row.e2[i])
-    push = pressure.most * model.per_mass[i]
+    push = pressure.most * model.sector.gas * model.per_mass[i]
     square += push * (length_1 + length_2)
     damping += 2.0 * pressure.damping * push * length_1 * length_2
     return 0.5 * (damping + sqrt(damping * damping + 4.0 * square))
