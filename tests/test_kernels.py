@@ -372,11 +372,11 @@ def test_stable_step(shell: Shell) -> None:
     )
 
 
-@pytest.mark.parametrize("stiff", ["fabric.E22=2 MN/m", "fabric.E11=2 MN/m"])
-def test_stable_step_of_a_light_stiff_belt(stiff: str) -> None:
+@pytest.mark.parametrize(("stiff", "nu12"), [("fabric.E22=2 MN/m", 1e-4), ("fabric.E11=2 MN/m", 1e-2)])
+def test_stable_step_of_a_light_stiff_belt(stiff: str, nu12: float) -> None:
     """The belt's row decides the step, by its stiffness along the hoop or by its tension across a stiff generatrix."""
     belt = "belts=[{height: 0.3 m, stiffness: 200 kN, line_density: 0.1 g/m, width: 50 mm}]"
-    drop = make_drop(belt, stiff, "fabric.nu12=0.01 if stiff.startswith('fabric.E11') else 0.0001")
+    drop = make_drop(belt, stiff, f"fabric.nu12={nu12}")
     shell = taut(drop)
     without = naive.stable_step(drop.model._replace(belts=drop.model.belts._replace(stiffness=np.zeros(7))), shell.x)
     expected = naive.stable_step(drop.model, shell.x)
