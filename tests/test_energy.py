@@ -164,7 +164,7 @@ def field_energy(fabric: Fabric, e1: Floats, e2: Floats) -> Floats:
     taut = 0.5 * fabric.c11 * e1**2 + 0.5 * fabric.c22 * e2**2 + fabric.c12 * e1 * e2
     slack_1, slack_2 = fabric.c11 * e1 + fabric.c12 * e2 <= 0, fabric.c22 * e2 + fabric.c12 * e1 <= 0
     along, around = 0.5 * fabric.e11 * np.maximum(e1, 0) ** 2, 0.5 * fabric.e22 * np.maximum(e2, 0) ** 2
-    return np.where(slack_2, along, np.where(slack_1, around, taut))
+    return np.where(slack_1 | slack_2, np.maximum(along, around), taut)
 
 
 def shear_energy(fabric: Fabric, r1: Floats, r2: Floats) -> Floats:
