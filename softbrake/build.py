@@ -45,6 +45,7 @@ from softbrake.state import (
 )
 
 ONE_COLUMN = ("axisymmetric", "lumped")  # fidelities whose arrays hold the generatrix only
+OVERSHOOT = 0.9  # of the shell's height: below 0.913 a static wall touches the covers, and contact decides what it bears
 LUMPED_STEPS = 2000  # in which the cargo would fall the shell's height at its first velocity
 WEIGHINGS = 4
 PAIRS_PER_NODE = 0.25  # near one another, of folds, to begin with
@@ -114,6 +115,7 @@ def build_model(case: Case) -> Model:
         courant=case.time.courant,
         end=case.time.end,
         gravity=case.gravity,
+        crushing=OVERSHOOT * case.shell.height,
         radius=radius,
         cargo_mass=case.cargo.mass / whole,
         cover_area=pi * radius * radius / whole,
@@ -197,6 +199,7 @@ def build_state(case: Case, model: Model) -> State:
         kinetic_start=np.array([now[History.KINETIC_ENERGY]]),
         elastic_start=np.zeros(1),
         peaks=np.zeros((len(Peak), 3)),
+        overshoot=np.zeros((len(Peak), 3)),
         felt=np.zeros(1),
         work=Work(*(_rows(1, rows + PAD, Work._fields, FREE) if one_column else _rows(1, _lanes(model.n2), Work._fields))),
         folds=build_folds(rows * stride, model.n1, model.n2, PLEATS if one_column else PAIRS_PER_NODE)

@@ -162,6 +162,7 @@ class Output:
 
     snapshot_interval: float  # s between pictures of the whole shell
     history_interval: int  # steps between rows of /history
+    cfc: int  # channel frequency class of the filtered peaks
 
 
 @dataclass(frozen=True)

@@ -17,7 +17,7 @@ from rich.progress import BarColumn, TextColumn
 from rich.progress import Progress as Bar
 from rich.table import Table
 
-from softbrake.summary import Inflation, Rung, Sensitivities, Summary, contact_in_words
+from softbrake.summary import Inflation, Peak, Rung, Sensitivities, Summary, contact_in_words
 
 if TYPE_CHECKING:
     from softbrake.case import FullStop
@@ -174,9 +174,12 @@ def _motion(summary: Summary) -> Table:
         share = summary.velocity_reduction / summary.free_fall_velocity if summary.free_fall_velocity else 0.0
         table.add_row("reduction", f"{summary.velocity_reduction:.5f}", "m/s", f"{share:.1%} of free fall")
     peak = summary.peak_deceleration
-    when = f", at {summary.peaks['peak_deceleration'].time:.5f} s" if "peak_deceleration" in summary.peaks else ""
+    when = f", {_when(summary.peaks['peak_deceleration'])}" if "peak_deceleration" in summary.peaks else ""
     bar = _bar(summary, "peak_deceleration", 1.0)
     table.add_row("peak deceleration, 1 kHz", f"{peak:.2f}", "m/s^2", f"{bar}{peak / STANDARD_GRAVITY:.2f} g net{when}")
+    _add_other_peaks(table, summary, "peak_deceleration", 2, 1.0, "m/s^2")
+    if summary.filtered is not None and summary.filtered.fault is not None:
+        table.add_row(f"  CFC {summary.filtered.cfc}", "–", "", summary.filtered.fault)
     return table
 
 
@@ -189,13 +192,30 @@ def _tensions(summary: Summary, scale: float | None) -> Table:
             continue
         notes = [] if scale is None else [f"{value / scale:.3f} T0/L"]
         if (peak := summary.peaks.get(name)) is not None:
-            notes.append(f"at {peak.time:.5f} s" + ("" if peak.height is None else f", {peak.height:.3f} m up"))
+            notes.append(_when(peak))
         table.add_row(f"peak tension, {tension}", f"{value / 1e3:.3f}", "kN/m", _bar(summary, name, 1e-3) + ", ".join(notes))
+        _add_other_peaks(table, summary, name, 3, 1e-3, "kN/m")
     for name, margin in (("fabric", summary.fabric_margin), ("belts", summary.belt_margin)):
         if margin is not None:
             word = "of strength over peak tension" if margin >= 0.0 else "the strength is EXCEEDED"
             table.add_row(f"margin, {name}", f"{margin:+.1%}", "", word)
     return table
+
+
+def _add_other_peaks(table: Table, summary: Summary, name: str, digits: int, scale: float, unit: str) -> None:
+    """Rows for a peak in the other phase and behind the filter, as far as there are; scale: of the SI value."""
+    found = summary.peaks.get(name)
+    filtered: Peak | None = None if summary.filtered is None else getattr(summary.filtered, name)
+    if found is not None and found.other is not None:
+        table.add_row(f"  {found.other.phase}", f"{found.other.value * scale:.{digits}f}", unit, _when(found.other, phase=False))
+    if summary.filtered is not None and filtered is not None:
+        table.add_row(f"  CFC {summary.filtered.cfc}", f"{filtered.value * scale:.{digits}f}", unit, _when(filtered))
+
+
+def _when(peak: Peak, phase: bool = True) -> str:
+    """Time of a peak, its height on the shell, and its phase if that is wanted."""
+    height = "" if peak.height is None else f", {peak.height:.3f} m up"
+    return f"at {peak.time:.5f} s{height}" + (f", {peak.phase}" if phase and peak.phase is not None else "")
 
 
 def _bar(summary: Summary, name: str, unit: float) -> str:

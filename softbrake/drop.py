@@ -41,10 +41,11 @@ from softbrake.kernels.motion import close_nodes
 from softbrake.kernels.pressure import pressure_at
 from softbrake.kernels.step import advance
 from softbrake.kernels.timestep import stable_step
+from softbrake.pulse import COLUMNS, filtered_peaks, larger
 from softbrake.relax import TOLERANCE, Relaxation, relax
 from softbrake.results import ResultFile
 from softbrake.state import PAD, Floats, FoldCount, History, Ints, Meridian, Model, Nodes, Outcome, Peak, State, Sweep, Turn
-from softbrake.summary import LARGEST_GAIN, ModelUsed, Summary, Work
+from softbrake.summary import LARGEST_GAIN, FilteredPeaks, ModelUsed, Phase, Summary, Work
 from softbrake.summary import Peak as PeakFound
 
 KERNELS = {"full": advance, "sector": advance, "axisymmetric": advance_meridian, "lumped": advance_lumped}
@@ -271,9 +272,10 @@ class Drop:
         progress: Callable[[Progress], None] | None = None,
         amend: Callable[[Summary], Summary] | None = None,
     ) -> Summary:
-        """Advance to the end, writing history and snapshots to the file."""
+        """Advance to the end, writing history and snapshots to the file, whose rows give the filtered peaks."""
         started = time.perf_counter()
         self.kernel_seconds = 0.0
+        kept: list[Floats] = []
         if file is None:
             self.interval = NEVER
         outcome = Outcome.RUNNING
@@ -288,12 +290,14 @@ class Drop:
                 rows, outcome = self.advance(due, self.most)
                 if file is not None:
                     file.add_history(rows)
+                    kept.append(rows[:, COLUMNS])
                 if progress is not None:
                     progress(self._progress())
             ending = "interrupted" if outcome == Outcome.RUNNING else outcome.name.lower()
             if file is not None:
                 self._snapshot(file)
-            summary = self._summary(ending, time.perf_counter() - started, file)
+            filtered = self._filtered(kept) if kept else None
+            summary = self._summary(ending, time.perf_counter() - started, file, filtered)
             if amend is not None and outcome not in (Outcome.RUNNING, Outcome.DIVERGED):
                 summary = amend(summary)
             if file is not None:
@@ -304,7 +308,7 @@ class Drop:
 
     def finish(self, outcome: Outcome) -> Summary:
         """Return the answer of a drop that was advanced step by step to an outcome. Raises Diverged."""
-        summary = self._summary(outcome.name.lower(), self.kernel_seconds, None)
+        summary = self._summary(outcome.name.lower(), self.kernel_seconds, None, None)
         if outcome == Outcome.DIVERGED:
             raise Diverged(self._divergence(), summary)
         return summary
@@ -387,18 +391,30 @@ class Drop:
         )
 
     def _peak(self, which: Peak) -> PeakFound:
-        value, when, row = (float(part) for part in self.state.peaks[which])
-        height = None if which == Peak.DECELERATION else row * self.model.fabric.h1
-        return PeakFound(value, when, height)
+        """Largest value of the run and that of the other phase."""
 
-    def _summary(self, outcome: str, wall_seconds: float, file: ResultFile | None) -> Summary:
+        def of(phase: Phase, peaks: Floats) -> PeakFound:
+            value, when, row = (float(part) for part in peaks[which])
+            return PeakFound(value, when, None if which == Peak.DECELERATION else row * self.model.fabric.h1, phase)
+
+        if self.now(History.HEIGHT) > self.model.crushing:
+            return of("overshoot", self.state.peaks)
+        return larger(of("overshoot", self.state.overshoot), of("crushing", self.state.peaks))
+
+    def _known(self) -> dict[str, Peak]:
+        """Peaks that the run has, by their names in the answer."""
+        lumped, belts = self.case.model.fidelity == "lumped", self.case.belts
+        known = [Peak.DECELERATION] if lumped else [which for which in Peak if which != Peak.TENSION_BELT or belts]
+        return {f"peak_{which.name.lower()}": which for which in known}
+
+    def _filtered(self, kept: list[Floats]) -> FilteredPeaks:
+        return filtered_peaks(np.concatenate(kept), self.case.output.cfc, self.model.crushing, list(self._known()))
+
+    def _summary(self, outcome: str, wall_seconds: float, file: ResultFile | None, filtered: FilteredPeaks | None) -> Summary:
         case, folds, steps = self.case, self.state.folds, int(self.state.steps[0])
         impact = -self.now(History.VELOCITY) if outcome == "impact" else None
         free_fall = math.sqrt(case.cargo.velocity**2 + 2.0 * case.gravity * case.shell.height)
-        known = (
-            [Peak.DECELERATION] if case.model.fidelity == "lumped" else [p for p in Peak if p != Peak.TENSION_BELT or case.belts]
-        )
-        peaks = {f"peak_{which.name.lower()}": self._peak(which) for which in known}
+        peaks = {name: self._peak(which) for name, which in self._known().items()}
         generatrix, hoop, belt = (
             None if (peak := peaks.get(f"peak_tension_{part}")) is None else peak.value for part in ("generatrix", "hoop", "belt")
         )
@@ -436,6 +452,7 @@ class Drop:
             results=None if file is None else str(file.path),
             fabric_margin=_margin(case.fabric.strength, max(generatrix or 0.0, hoop or 0.0)),
             belt_margin=_margin(min((b.strength for b in case.belts if b.strength is not None), default=None), belt or 0.0),
+            filtered=filtered,
         )
 
     def _divergence(self) -> str:

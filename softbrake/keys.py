@@ -14,7 +14,7 @@ class Key:
     """One key. Bounds and default in SI units; a key that is neither required nor has a default may be left out."""
 
     name: str
-    kind: Dimension | type[int] | type[str] | tuple[str, ...]  # quantity, integer, text or one of these words
+    kind: Dimension | type[int] | type[str] | tuple[str, ...] | tuple[int, ...]  # quantity, integer, text or one of these
     meaning: str
     example: str  # value as the starter case writes it
     default: float | int | str | None = None
@@ -30,7 +30,7 @@ class Key:
     def wanted(self) -> str:
         """What is allowed for one value."""
         if isinstance(self.kind, tuple):
-            return " or ".join(self.kind)
+            return " or ".join(map(str, self.kind))
         phrase = {int: "an integer", str: "a text"}[self.kind] if isinstance(self.kind, type) else self.kind.phrase
         limits = ((">", self.above), (">=", self.least), ("<=", self.most))
         bounds = " and ".join(f"{sign} {bound:g}" for sign, bound in limits if bound is not None)
@@ -46,7 +46,7 @@ class Key:
         if self.auto and value == "auto":
             return "auto"
         if isinstance(self.kind, tuple):
-            if value not in self.kind or not isinstance(value, str):
+            if value not in self.kind or not isinstance(value, (str, int)):
                 raise ValueError(f"unknown value {shown}")
             return value
         if self.kind is str:
@@ -127,6 +127,7 @@ LAW = Key("law", tuple(PRESSURE), "over time; sine is (2.10)", "constant", requi
 AUTO_COURANT = ((0.03, 0.95), (0.01, 0.75), (0.003, 0.6), (0.0, 0.35))
 
 CONTACT = ("ground", "belts", "cover", "cargo", "axis", "folds")  # what stops the fabric
+CFC = (60, 180, 600, 1000)  # channel frequency classes of SAE J211
 SHEAR = 0.05  # of the smaller of E11 and E22: default of G12
 UNKNOWN_CONTACT = {"full": ("axis",), "sector": ("axis", "folds"), "axisymmetric": (), "lumped": (), "auto": ()}  # by fidelity
 CONTACT_SETS = {
@@ -225,6 +226,7 @@ SECTIONS: dict[str, tuple[Key, ...]] = {
     "output": (
         Key("snapshot_interval", Dimension.TIME, "between pictures of the shell", "2 ms", computed="time.end/150", above=0),
         Key("history_interval", int, "steps between rows of the history", "1", default=1, least=1),
+        Key("cfc", CFC, "channel frequency class (SAE J211) of filtered peaks", "180", default=180),
     ),
 }
 SWEEP = (
@@ -332,7 +334,7 @@ def _value_schema(key: Key) -> dict[str, Any]:
 def _describe(key: Key) -> str:
     """Meaning, words or SI unit, and default of a key in one line."""
     unit = f" [{key.kind.unit}]" if isinstance(key.kind, Dimension) and key.kind.unit else ""
-    words = f" ({' | '.join(key.kind)})" if isinstance(key.kind, tuple) else ""
+    words = f" ({' | '.join(map(str, key.kind))})" if isinstance(key.kind, tuple) else ""
     default = f"{key.default:.7g}" if isinstance(key.default, (int, float)) else key.computed or key.default
     return key.meaning + words + unit + (f"; default {default}" if default else "")
 

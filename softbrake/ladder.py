@@ -143,9 +143,15 @@ def allowed(tolerance: float, speed: float, free_fall: float) -> float:
 
 
 def _with_errors(summary: Summary, climbed: Summary) -> Summary:
-    """A run of the level chosen, with the answer of the climb."""
+    """A run of the level chosen, with the answer of the climb; filtered peaks are those of the run."""
     wall_seconds = climbed.wall_seconds + summary.wall_seconds
-    return replace(climbed, results=summary.results, wall_seconds=wall_seconds, kernel_seconds=summary.kernel_seconds)
+    return replace(
+        climbed,
+        results=summary.results,
+        wall_seconds=wall_seconds,
+        kernel_seconds=summary.kernel_seconds,
+        filtered=summary.filtered,
+    )
 
 
 def least_cells(case: Case) -> int:
@@ -546,7 +552,7 @@ class _Climber:
 
 
 def _with_means(summary: Summary, means: dict[str, float]) -> Summary:
-    """The answer of a member of an ensemble with the means of its peaks; times and places stay those of the member."""
+    """The answer of a member of an ensemble with the means of its peaks; times, places, other phases stay those of the member."""
     if not means:
         return summary
     margins = {}

@@ -174,12 +174,15 @@ def _answers(case: dict[str, Any], summary: Summary) -> str:
     else:
         cards.append(("lowest height", f"{summary.minimum_height:.4g} m", "no impact", False))
     peak = f"{summary.peak_deceleration / STANDARD_GRAVITY:.2f}{peak_bar('peak_deceleration', 1 / STANDARD_GRAVITY)} g"
-    cards.append(("peak deceleration, 1 kHz", peak, f"net of gravity, {_when(summary, 'peak_deceleration')}".rstrip(", "), False))
+    notes = ["net of gravity", *_notes(summary, "peak_deceleration", 1 / STANDARD_GRAVITY, "g")]
+    if summary.filtered is not None and summary.filtered.fault is not None:
+        notes.append(f"CFC {summary.filtered.cfc}: none, {summary.filtered.fault}")
+    cards.append(("peak deceleration, 1 kHz", peak, "; ".join(notes), False))
     for tension in TENSIONS:
         name = f"peak_tension_{tension}"
         if (value_of := getattr(summary, name)) is not None:
             value = f"{value_of / 1e3:.2f}{peak_bar(name, 1e-3)} kN/m"
-            cards.append((f"peak tension, {tension}", value, _when(summary, name), False))
+            cards.append((f"peak tension, {tension}", value, "; ".join(_notes(summary, name, 1e-3, "kN/m")), False))
     for name, margin in (("fabric", summary.fabric_margin), ("belts", summary.belt_margin)):
         if margin is not None:
             note = "of strength over peak tension" if margin >= 0.0 else "the strength is exceeded"
@@ -195,11 +198,17 @@ def _answers(case: dict[str, Any], summary: Summary) -> str:
     return f'<div class="answers">{body}</div><p class="note">{escape(reason)}</p>'
 
 
-def _when(summary: Summary, name: str) -> str:
-    peak = summary.peaks.get(name)
-    if peak is None:
-        return ""
-    return f"at {peak.time * 1e3:.4g} ms" + ("" if peak.height is None else f", {peak.height:.3g} m up the shell")
+def _notes(summary: Summary, name: str, scale: float, unit: str) -> list[str]:
+    """When, where and in which phase a peak is, its value in the other phase and behind the filter; scale: of the SI value."""
+    peak, notes = summary.peaks.get(name), []
+    if peak is not None:
+        height = "" if peak.height is None else f", {peak.height:.3g} m up the shell"
+        notes.append(f"at {peak.time * 1e3:.4g} ms{height}" + ("" if peak.phase is None else f", {peak.phase}"))
+        if peak.other is not None:
+            notes.append(f"{peak.other.phase}: {peak.other.value * scale:.2f} {unit}")
+    if summary.filtered is not None and (behind := getattr(summary.filtered, name)) is not None:
+        notes.append(f"CFC {summary.filtered.cfc}: {behind.value * scale:.2f} {unit}, {behind.phase}")
+    return notes
 
 
 def _charts(case: dict[str, Any], history: NDArray[Any], summary: Summary | None) -> str:

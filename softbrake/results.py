@@ -27,7 +27,7 @@ from numpy.typing import NDArray
 
 from softbrake.case import Case, case_to_dict
 from softbrake.state import UNITS, Floats, History
-from softbrake.summary import Inflation, ModelUsed, Peak, Rung, Sensitivities, Sensitivity, Summary, Work
+from softbrake.summary import FilteredPeaks, Inflation, ModelUsed, Peak, Rung, Sensitivities, Sensitivity, Summary, Work
 
 
 class ResultError(Exception):
@@ -209,13 +209,21 @@ def read_summary(path: Path | str) -> Summary | None:
             return None
         text = json.loads(file["softbrake/summary"][()])
     with _of_this_version(path):
-        text["peaks"] = {name: Peak(**peak) for name, peak in text["peaks"].items()}
+        text["peaks"] = {name: _read_peak(peak) for name, peak in text["peaks"].items()}
         text["work"] = Work(**text["work"])
         text["model"] = ModelUsed(**text["model"])
         text["ladder"] = [Rung(**rung) for rung in text["ladder"]]
         if (found := text.get("sensitivity")) is not None:
             text["sensitivity"] = Sensitivities(**{**found, "inputs": [Sensitivity(**row) for row in found["inputs"]]})
+        if (kept := text.get("filtered")) is not None:
+            peaks = {name: _read_peak(peak) for name, peak in kept.items() if isinstance(peak, dict)}
+            text["filtered"] = FilteredPeaks(**{**kept, **peaks})
         return Summary(**text)
+
+
+def _read_peak(text: Mapping[str, Any]) -> Peak:
+    other = text.get("other")
+    return Peak(**{**text, "other": None if other is None else _read_peak(other)})
 
 
 def read_inflation(path: Path | str) -> Inflation | None:

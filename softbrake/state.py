@@ -84,7 +84,7 @@ class Outcome(IntEnum):
 
 
 class Peak(IntEnum):
-    """Rows of `State.peaks`: largest value over the run, its time and its row."""
+    """Rows of `State.peaks` and `State.overshoot`: largest value of a phase, its time and its row."""
 
     DECELERATION = 0  # m/s^2, of the cargo
     TENSION_GENERATRIX = 1  # N/m
@@ -232,6 +232,7 @@ class Model(NamedTuple):
     courant: float
     end: float  # s
     gravity: float  # m/s^2
+    crushing: float  # m, height of the cover at which the overshoot is over and crushing begins
     radius: float  # m, of the unloaded shell
     cargo_mass: float  # kg, without the shell; one sector's share
     cover_area: float  # m^2, one sector's share
@@ -352,7 +353,8 @@ class State(NamedTuple):
     last_step: Floats  # (1,), s, the step from n-1 to n; 0 at the start, which staggers it
     kinetic_start: Floats  # (1,), J
     elastic_start: Floats  # (1,), J, stored in fabric and belts at the start
-    peaks: Floats  # (len(Peak), 3): value, time (s), row
+    peaks: Floats  # (len(Peak), 3), of the phase under way: value, time (s), row
+    overshoot: Floats  # likewise, of the overshoot once it is over, before that zero
     felt: Floats  # (1,) m/s^2, acceleration of the cargo behind a low-pass
     work: Work
     folds: Folds | None  # None where they are not asked for: kernels without them are compiled in half of the time

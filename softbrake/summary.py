@@ -9,6 +9,9 @@ from typing import Literal
 LARGEST_GAIN = 0.01  # of the initial energy from nowhere, above which a run is not to be trusted without a second look
 
 
+Phase = Literal["overshoot", "crushing"]  # before and after the cover has come down by a tenth of the shell's height
+
+
 @dataclass(frozen=True)
 class Peak:
     """Largest value of a quantity over the run, when and where."""
@@ -16,6 +19,20 @@ class Peak:
     value: float
     time: float  # s
     height: float | None = None  # m above the lower cover on the unloaded shell; None for a quantity of the cargo
+    phase: Phase | None = None  # None in older result files
+    other: Peak | None = None  # largest of the other phase; None where the run has none
+
+
+@dataclass(frozen=True)
+class FilteredPeaks:
+    """Peaks behind a channel frequency class of SAE J211, of the rows that the result file keeps; heights are None."""
+
+    cfc: int
+    fault: str | None  # why there are none, else None
+    peak_deceleration: Peak | None = None  # m/s^2, as of Summary
+    peak_tension_generatrix: Peak | None = None  # N/m, of the largest tension of each row; None of a lumped run
+    peak_tension_hoop: Peak | None = None  # N/m; likewise
+    peak_tension_belt: Peak | None = None  # N/m; likewise, and None without belts
 
 
 @dataclass(frozen=True)
@@ -145,3 +162,4 @@ class Summary:
     fabric_margin: float | None = None  # fabric.strength over its largest tension, less 1; None where no strength is given
     belt_margin: float | None = None  # likewise, of the weakest belt under the largest tension of any
     sensitivity: Sensitivities | None = None  # where it was asked for
+    filtered: FilteredPeaks | None = None  # None where no result file was written, and in older ones

@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 RESULTS, UNITS, PICTURE = "results.csv", "results.units.csv", "sweep.png"
 PEAKS = ("peak_deceleration", "peak_tension_generatrix", "peak_tension_hoop", "peak_tension_belt")
 TIMINGS = ("kernel_seconds", "wall_seconds")  # the last columns: all that two runs of one sweep may differ in
-LEFT_OUT = ("title", "results", "ladder", "sensitivity")
+LEFT_OUT = ("title", "results", "ladder", "sensitivity", "filtered")
 MOST_LINES = 24
 MISSING = "not run, or lost with its worker"
 MOST_AXES = 6  # of a scatter matrix
@@ -67,7 +67,9 @@ def _flat(summary: Mapping[str, Any]) -> Row:
     flat: Row = {}
     for name, value in summary.items():
         if name == "peaks":
-            flat |= {f"{peak}_{part}": found[part] for peak, found in value.items() for part in ("time", "height")}
+            for peak, found in value.items():
+                flat |= {f"{peak}_{part}": found[part] for part in ("time", "height", "phase")}
+                flat[f"{peak}_other"] = None if found["other"] is None else found["other"]["value"]
         elif name == "peak_errors":
             flat |= {f"{peak}_error": error for peak, error in (value or {}).items()}
         elif isinstance(value, dict):
@@ -84,7 +86,7 @@ def unit_of(column: str, plan: Plan) -> str:
             return axis.unit
     if column.startswith("work_"):
         return "J"
-    quantity = column.removesuffix("_error") if column != "energy_error" else column
+    quantity = column.removesuffix("_error").removesuffix("_other") if column != "energy_error" else column
     return next((unit for ending, unit in ENDINGS.items() if quantity.endswith(ending)), "")
 
 

@@ -30,7 +30,7 @@ def case(generatrix: int = 36, hoop: int = 90, belts: int = 3) -> Case:
         grid=Grid(generatrix, hoop),
         time=Time(0.5, 0.3),
         model=Model("edge", "full", None),
-        output=Output(0.002, 10),
+        output=Output(0.002, 10, 180),
     )
 
 

@@ -124,7 +124,7 @@ def test_defaults() -> None:
         assert case("", f"fabric.viscosity={viscosity}").time.courant == courant  # over 0.55 N s/m: the ratio of 0.0175 m edges
     assert case("time: {courant: 1.5}\n").time.courant == 1.5  # at the user's own risk
     assert got.output.snapshot_interval == pytest.approx(1 / 150)
-    assert got.output.history_interval == 1
+    assert (got.output.history_interval, got.output.cfc) == (1, 180)
     assert case("time: {end: 0.3 s}\n").output.snapshot_interval == pytest.approx(0.002)
 
 
@@ -239,7 +239,10 @@ END = GOOD.count("\n") + 1
         ("grid: {hoop: '90'}", "{}:14: grid.hoop: '90' is not an integer; an integer >= 8 and <= 10000 such as '90' is wanted"),
         ("model: {scheme: cells}", "{}:17: model.scheme: unknown value 'cells'; edge or cell is wanted"),
         ("model: edge", "{}:8: model: not a mapping; a mapping of scheme, fidelity, sector is wanted"),
-        ("output:", "{}:8: output: not a mapping; a mapping of snapshot_interval, history_interval is wanted"),
+        ("output:", "{}:8: output: not a mapping; a mapping of snapshot_interval, history_interval, cfc is wanted"),
+        ("output: {cfc: 100}", "{}:15: output.cfc: unknown value 100; 60 or 180 or 600 or 1000 is wanted"),
+        ("output: {cfc: 60.0}", "{}:15: output.cfc: unknown value 60.0; 60 or 180 or 600 or 1000 is wanted"),
+        ("output: {cfc: '180'}", "{}:15: output.cfc: unknown value '180'; 60 or 180 or 600 or 1000 is wanted"),
         (
             "output: {history_interval: 0}",
             "{}:28: output.history_interval: 0 is out of range; an integer >= 1 such as '1' is wanted",
@@ -604,6 +607,7 @@ def test_schema() -> None:
         good | {"extra": 1},
         {key: value for key, value in good.items() if key != "cargo"},
         good | {"grid": {"hoop": 7}},
+        good | {"output": {"cfc": 100}},
         good | {"grid": {"hoops": 90}},
         good | {"gravity": "-1 m/s^2"},
         good | {"fabric": fabric | {"E11": 1}},

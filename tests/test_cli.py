@@ -20,10 +20,10 @@ from softbrake import console
 from softbrake.cli import app
 from softbrake.drop import ALL_KERNELS, Progress
 from softbrake.kernels.jit import CACHE_FOLDER
-from softbrake.summary import Peak, Summary
+from softbrake.summary import FilteredPeaks, Peak, Summary
 
 SMALL = ("--set", "grid.generatrix=8", "--set", "grid.hoop=12", "--set", "time.end=5ms")
-SLOW = {"h5py", "matplotlib", "numba", "numpy", "rich"}
+SLOW = {"h5py", "matplotlib", "numba", "numpy", "rich", "scipy"}
 
 
 def summary() -> Summary:
@@ -218,6 +218,31 @@ def test_summary_fits_80_columns_and_says_everything() -> None:
         "results in drop.vtkhdf",
     ):
         assert piece in text
+
+
+def test_phases_and_filtered_peaks_stand_below_their_peak() -> None:
+    peaks = {
+        "peak_deceleration": Peak(20.0, 0.004, None, "overshoot", Peak(12.5, 0.05, None, "crushing")),
+        "peak_tension_hoop": Peak(8e3, 0.06, 0.3, "crushing", Peak(6e3, 0.003, 0.2, "overshoot")),
+    }
+    behind = FilteredPeaks(
+        180, None, Peak(18.0, 0.005, None, "overshoot"), Peak(3e3, 0.002, None, "overshoot"), Peak(7e3, 0.061, None, "crushing")
+    )
+    lines = [" ".join(line.split()) for line in printed(replace(summary(), peaks=peaks, filtered=behind)).splitlines()]
+    first = lines.index("peak deceleration, 1 kHz 20.00 m/s^2 2.04 g net, at 0.00400 s, overshoot")
+    assert lines[first + 1 : first + 3] == [
+        "crushing 12.50 m/s^2 at 0.05000 s",
+        "CFC 180 18.00 m/s^2 at 0.00500 s, overshoot",
+    ]
+    hoop = lines.index("peak tension, hoop 8.000 kN/m at 0.06000 s, 0.300 m up, crushing")
+    assert lines[hoop - 1] == "CFC 180 3.000 kN/m at 0.00200 s, overshoot"
+    assert lines[hoop + 1 : hoop + 3] == [
+        "overshoot 6.000 kN/m at 0.00300 s, 0.200 m up",
+        "CFC 180 7.000 kN/m at 0.06100 s, crushing",
+    ]
+    coarse = printed(replace(summary(), filtered=FilteredPeaks(1000, "rows 0.75 ms apart, 0.1 allowed")))
+    assert "CFC 1000 – rows 0.75 ms apart, 0.1 allowed" in [" ".join(line.split()) for line in coarse.splitlines()]
+    assert "CFC" not in printed(summary())
 
 
 @pytest.mark.parametrize(

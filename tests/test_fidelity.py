@@ -120,6 +120,7 @@ def test_fidelities_agree_to_round_off(scene: str) -> None:
         difference = np.abs(other - history).max(axis=0) / np.maximum(scale, 1e-12)
         assert difference.max() < 1e-8, (name, History(int(difference.argmax())).name)
         assert part.state.peaks == pytest.approx(full.state.peaks, rel=1e-8)
+        assert part.state.overshoot == pytest.approx(full.state.overshoot, rel=1e-8)
         assert part.state.steps[0] == full.state.steps[0]
 
 

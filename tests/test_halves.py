@@ -64,7 +64,9 @@ def within_time(work: Callable[[], None]) -> None:
 
 def same(one: Drop, other: Drop) -> bool:
     ours, theirs = ([grid_view(part, each.model) for part in each.state.nodes] for each in (one, other))
-    return all(map(np.array_equal, ours, theirs)) and np.array_equal(one.state.peaks, other.state.peaks)
+    return all(map(np.array_equal, ours, theirs)) and all(
+        np.array_equal(getattr(one.state, name), getattr(other.state, name)) for name in ("peaks", "overshoot")
+    )
 
 
 def compile_first(monkeypatch: pytest.MonkeyPatch, *overrides: str) -> None:

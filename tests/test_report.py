@@ -16,7 +16,7 @@ from softbrake.page import BUCKETS, Curve, Mark, chart, table
 from softbrake.report import result_page, sweep_page, write_report
 from softbrake.results import ResultError, ResultFile, read_history, replace_summary
 from softbrake.state import History
-from softbrake.summary import Sensitivities, Sensitivity
+from softbrake.summary import FilteredPeaks, Peak, Sensitivities, Sensitivity
 
 VOID = {"meta"}
 
@@ -135,6 +135,22 @@ def test_errors_margins_and_sensitivities_are_shown(tmp_path: Path) -> None:
     ):
         assert piece in words
     assert "exceeded" in words and text.count("class=bad") == 1
+
+
+def test_phases_and_filtered_peaks_are_shown(tmp_path: Path) -> None:
+    file = tmp_path / "drop.vtkhdf"
+    drop.write(file, drop.case(6, 8))
+    peaks = {
+        "peak_deceleration": Peak(20.0, 0.004, None, "overshoot", Peak(9.80665, 0.05, None, "crushing")),
+        "peak_tension_hoop": Peak(8e3, 0.06, 0.3, "crushing", Peak(6e3, 0.003, 0.2, "overshoot")),
+    }
+    behind = FilteredPeaks(180, None, Peak(14.709975, 0.005, None, "overshoot"), None, Peak(7e3, 0.061, None, "crushing"))
+    replace_summary(file, replace(drop.summary(), peaks=peaks, filtered=behind))
+    words = Page(result_page(file)).words
+    assert "net of gravity; at 4 ms, overshoot; crushing: 1.00 g; CFC 180: 1.50 g, overshoot" in words
+    assert "at 60 ms, 0.3 m up the shell, crushing; overshoot: 6.00 kN/m; CFC 180: 7.00 kN/m, crushing" in words
+    replace_summary(file, replace(drop.summary(), filtered=FilteredPeaks(60, "5 ms long, 24 wanted")))
+    assert "CFC 60: none, 5 ms long, 24 wanted" in Page(result_page(file)).words
 
 
 def test_curves_are_the_history(result: Path) -> None:

@@ -18,6 +18,7 @@ from softbrake import results
 from softbrake.case import Pressure, case_to_dict
 from softbrake.results import ResultError, ResultFile
 from softbrake.state import UNITS, History
+from softbrake.summary import FilteredPeaks, Peak
 
 
 @pytest.fixture(scope="module")
@@ -225,6 +226,27 @@ def test_messages(tmp_path: Path, small: Path) -> None:
         ResultFile.create(tmp_path / "drop.h5", drop.case(4, 8), version="1", source_hash="a")
     with pytest.raises(ResultError, match="cannot be written: No such file or directory"):
         ResultFile.create(tmp_path / "no" / "drop.vtkhdf", drop.case(4, 8), version="1", source_hash="a")
+
+
+def test_phases_and_filtered_peaks_round_trip(tmp_path: Path, small: Path) -> None:
+    """As an answer from before they were kept is read."""
+    file = tmp_path / "drop.vtkhdf"
+    file.write_bytes(small.read_bytes())
+    hoop = Peak(8e3, 0.06, 0.3, "crushing", Peak(6e3, 0.003, 0.2, "overshoot"))
+    filtered = FilteredPeaks(60, None, Peak(18.0, 0.005, None, "overshoot", Peak(12.0, 0.05, None, "crushing")))
+    for answer in (
+        replace(drop.summary(), peaks={"peak_tension_hoop": hoop}, filtered=filtered),
+        replace(drop.summary(), filtered=FilteredPeaks(60, "rows 3 ms apart, 1.7 allowed")),
+    ):
+        results.replace_summary(file, answer)
+        assert results.read_summary(file) == answer
+    with h5py.File(file, "a") as opened:
+        older = json.loads(opened["softbrake/summary"][()])
+        del older["filtered"], opened["softbrake/summary"]
+        for peak in older["peaks"].values():
+            del peak["phase"], peak["other"]
+        opened["softbrake/summary"] = json.dumps(older)
+    assert results.read_summary(file) == drop.summary()
 
 
 @pytest.mark.parametrize(("name", "read"), [("summary", results.read_summary), ("inflation", results.read_inflation)])

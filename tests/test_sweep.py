@@ -367,6 +367,8 @@ def test_columns_have_units_and_the_timings_come_last(tmp_path: Path) -> None:
         "peak_deceleration_time": "s",
         "peak_tension_belt": "N/m",
         "peak_tension_belt_height": "m",
+        "peak_tension_belt_phase": "",
+        "peak_tension_belt_other": "N/m",
         "work_gravity": "J",
         "energy_error": "",
         "crossings": "",
@@ -376,7 +378,10 @@ def test_columns_have_units_and_the_timings_come_last(tmp_path: Path) -> None:
     alone = Drop(designs.all[0].case).run()
     assert float(table[0]["impact_velocity"]) == alone.impact_velocity
     assert float(table[0]["work_pressure"]) == alone.work.pressure
-    assert float(table[0]["peak_tension_hoop_time"]) == alone.peaks["peak_tension_hoop"].time
+    hoop = alone.peaks["peak_tension_hoop"]
+    assert float(table[0]["peak_tension_hoop_time"]) == hoop.time
+    assert table[0]["peak_tension_hoop_phase"] == hoop.phase
+    assert hoop.other is not None and float(table[0]["peak_tension_hoop_other"]) == hoop.other.value
 
 
 @pytest.mark.parametrize(

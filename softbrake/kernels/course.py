@@ -49,9 +49,9 @@ def end_step(model, state, length, height):
     Reads length (s) of the step; height (m) of the cover at n+1; energies of state.now at n+1/2. Writes state but for its works.
     """
     now = state.now
-    velocity, acceleration = now[History.VELOCITY], now[History.ACCELERATION]
+    before, velocity, acceleration = now[History.HEIGHT], now[History.VELOCITY], now[History.ACCELERATION]
     feel(state, length, float(model.n1))
-    within, outcome = event_time(now[History.HEIGHT], velocity, acceleration, length)
+    within, outcome = event_time(before, velocity, acceleration, length)
     if outcome == Outcome.RUNNING and length == model.end - now[History.TIME]:
         outcome = Outcome.TIME_LIMIT
     if ran_away(model, state):
@@ -62,6 +62,8 @@ def end_step(model, state, length, height):
         now[History.HEIGHT] = 0.0
     else:
         now[History.HEIGHT] += within * (velocity + 0.5 * within * acceleration)
+    if before > model.crushing >= now[History.HEIGHT]:
+        begin_crushing(state.peaks, state.overshoot)
     now[History.TIME] += within
     now[History.VELOCITY] = velocity + within * acceleration
     state.steps[0] += 1
@@ -71,6 +73,15 @@ def end_step(model, state, length, height):
         now[History.PRESSURE] = pressure_at(model.pressure, now[History.TIME])
         now[History.TIME_STEP] = 0.0
     return outcome
+
+
+@kernel
+def begin_crushing(peaks, overshoot):
+    """Keep the peaks so far as those of the overshoot, and begin anew. Writes both, (len(Peak), 3)."""
+    for which in range(peaks.shape[0]):
+        for part in range(peaks.shape[1]):
+            overshoot[which, part] = peaks[which, part]
+            peaks[which, part] = 0.0
 
 
 @kernel
