@@ -66,7 +66,12 @@ def refer(number: int) -> dict[str, Any]:
                 "seconds": answer.kernel_seconds,
             }
         )
-    return {"scene": scene(number), "grid": [n1, n2], "free_fall": math.sqrt(case.cargo.velocity**2 + 2.0 * case.gravity * case.shell.height), "shells": shells}
+    return {
+        "scene": scene(number),
+        "grid": [n1, n2],
+        "free_fall": math.sqrt(case.cargo.velocity**2 + 2.0 * case.gravity * case.shell.height),
+        "shells": shells,
+    }
 
 
 def known() -> dict[str, Any]:

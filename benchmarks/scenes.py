@@ -29,7 +29,9 @@ def scene(seed: int, damping: float = 0.03) -> str:
     density, velocity, taken = spread(0.05, 0.4), random.uniform(4.0, 9.0), random.uniform(0.5, 1.0)
     gas = pressure * math.pi * diameter**2 / 4.0 * height
     mass = gas / (taken * (GRAVITY * height + velocity**2 / 2.0))
-    belts = f"belts: {{count: {random.integers(1, 4)}, layers: 4, width: {0.02 * height:.4g}}}" if random.uniform() < 1 / 3 else ""
+    belts = (
+        f"belts: {{count: {random.integers(1, 4)}, layers: 4, width: {0.02 * height:.4g}}}" if random.uniform() < 1 / 3 else ""
+    )
     return f"""title: scene {seed}
 shell: {{diameter: {diameter:.4g}, height: {height:.4g}}}
 fabric: {{E: {modulus:.4g}, nu12: {random.uniform(0.1, 0.35):.3g}, areal_density: {density:.3g}, damping_ratio: {damping:g}}}

@@ -6,7 +6,7 @@ from math import cos, inf, pi, sin
 
 import numpy as np
 
-from softbrake.case import Case
+from softbrake.case import ONE_COLUMN, Case
 from softbrake.state import (
     BLOCK,
     PAD,
@@ -37,6 +37,7 @@ from softbrake.state import (
     Rows,
     Scheme,
     Sector,
+    Source,
     State,
     Sweep,
     Top,
@@ -44,7 +45,6 @@ from softbrake.state import (
     Work,
 )
 
-ONE_COLUMN = ("axisymmetric", "lumped")  # fidelities whose arrays hold the generatrix only
 OVERSHOOT = 0.9  # of the shell's height: below 0.913 a static wall touches the covers, and contact decides what it bears
 LUMPED_STEPS = 2000  # in which the cargo would fall the shell's height at its first velocity
 WEIGHINGS = 4
@@ -197,7 +197,8 @@ def build_state(case: Case, model: Model) -> State:
         stable_step=np.array([case.shell.height / case.cargo.velocity / LUMPED_STEPS, 0.0]),  # others choose theirs
         last_step=np.zeros(1),
         kinetic_start=np.array([now[History.KINETIC_ENERGY]]),
-        elastic_start=np.zeros(1),
+        stored=np.zeros(2),
+        made=np.zeros(len(Source)),
         peaks=np.zeros((len(Peak), 3)),
         overshoot=np.zeros((len(Peak), 3)),
         felt=np.zeros(1),

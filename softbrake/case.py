@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Sequence
 from dataclasses import asdict, dataclass, replace
+from itertools import pairwise
 from pathlib import Path
 from typing import Any, Literal
 
@@ -13,8 +14,12 @@ from softbrake.keys import (
     ALTERNATIVES,
     AUTO_COURANT,
     BELTS,
+    BETWEEN_BELTS,
+    COARSE,
     CONTACT,
     CONTACT_SETS,
+    FINE,
+    HOOP,
     LAW,
     LISTED_BELT,
     PHYSICS,
@@ -54,6 +59,7 @@ __all__ = [
 ]
 
 
+ONE_COLUMN = ("axisymmetric", "lumped")  # fidelities that compute the generatrix only
 Fidelity = Literal["full", "sector", "axisymmetric", "lumped", "auto"]
 AUTO_TOLERANCE = 0.01
 RECIPROCITY = 1e-3  # relative, to which both Poisson's ratios may be rounded
@@ -338,7 +344,7 @@ class _CaseChecker(Checker):
         top = self.section(root, "", TOP, others=("contact", "sweep", *SECTIONS))
         shell = self.named(root, "shell")
         fabric = self.fabric(root, shell)
-        grid = self.named(root, "grid")
+        grid = self.grid(root, shell)
         belts = self.belts(root, shell, fabric, grid)
         cargo = self.cargo(root, shell)
         model = self.model(root, grid)
@@ -398,7 +404,9 @@ class _CaseChecker(Checker):
         nu21 = nu12 * E11 / E22
         if "nu21" in fabric and not math.isclose(fabric["nu21"], nu21, rel_tol=RECIPROCITY):
             place, where = last_given(node, "fabric", ["nu12", "nu21", "E", "E11", "E22"])
-            fault = f"nu12*E11 = {nu12 * E11:.6g} N/m is not nu21*E22 = {fabric['nu21'] * E22:.6g} N/m, so there is no elastic energy"
+            fault = (
+                f"nu12*E11 = {nu12 * E11:.6g} N/m is not nu21*E22 = {fabric['nu21'] * E22:.6g} N/m, so there is no elastic energy"
+            )
             self.fault(place, where, fault, f"nu21: {nu21:.6g}, or one of nu12 and nu21 alone is wanted")
             return False
         if nu12 * nu21 >= 1:
@@ -407,6 +415,36 @@ class _CaseChecker(Checker):
             return False
         fabric["nu12"], fabric["nu21"] = nu12, nu21
         return True
+
+    def grid(self, root: Node, shell: Values) -> Values:
+        """Cells as given, else of a size that the scene wants."""
+        grid = self.named(root, "grid")
+        model = root.value.get("model") if isinstance(root.value, dict) else None
+        asked = {name: item.value for name, item in model.value.items()} if model and isinstance(model.value, dict) else {}
+        sector = asked.get("sector")
+        if asked.get("fidelity") == "sector" and isinstance(sector, int) and sector > 0:
+            grid.setdefault("hoop", -(-HOOP // sector) * sector)
+        grid.setdefault("hoop", HOOP)
+        if {"diameter", "height"} <= shell.keys() and "generatrix" not in grid:
+            gap = self.narrowest_gap(root, shell["height"])
+            cells = wanted_cells(shell["height"], shell["diameter"], gap, asked.get("fidelity") in ONE_COLUMN)
+            grid["generatrix"] = min(cells, 10_000)
+        return grid
+
+    def narrowest_gap(self, root: Node, height: float) -> float:
+        """Smallest distance (m) of the middles of two belts, or of a belt and a cover; as far as belts can be read."""
+        node = root.value.get("belts") if isinstance(root.value, dict) else None
+        if node is None:
+            return height
+        quiet = _CaseChecker()
+        if isinstance(node.value, list):
+            items = (quiet.section(item, "", LISTED_BELT, complete=False) for item in node.value)
+            places = sorted(item["height"] for item in items if "height" in item)
+        else:
+            count = quiet.section(node, "", BELTS, complete=False).get("count", 0)
+            places = [height * k / (count + 1) for k in range(1, count + 1)] if count < 1000 else []
+        gaps = [b - a for a, b in pairwise([0.0, *places, height])]
+        return min((gap for gap in gaps if gap > 0.0), default=height)
 
     def cargo(self, root: Node, shell: Values) -> Values:
         node = self.member(root, "cargo")
@@ -590,6 +628,29 @@ class _CaseChecker(Checker):
             place, where = last_given(node, "pressure", ["peak_time", "end_time"])
             fault = f"peak_time {values['peak_time']:.6g} s is not before end_time {values['end_time']:.6g} s"
             self.fault(place, where, fault, "peak_time < end_time is wanted")
+
+
+def wanted_cells(height: float, diameter: float, gap: float, one_column: bool) -> int:
+    """Cells along the generatrix of a default grid; gap (m): smallest distance of belts from one another and the covers."""
+    least = math.ceil(height / (0.5 * diameter) * FINE * (2 if one_column else 1) - 1e-9)
+    between = math.ceil(BETWEEN_BELTS * height / gap - 1e-9)
+    return max(least, min(between, 4 * least), 8)
+
+
+def coarseness(case: Case) -> str | None:
+    """Say what is wanted where the grid of a case is coarser than its scene needs; None where it is not, or will be chosen."""
+    if case.tolerance is not None or case.model.fidelity == "lumped":
+        return None
+    radius = 0.5 * case.shell.diameter
+    along = case.grid.generatrix * radius / case.shell.height
+    around = case.grid.hoop / (2.0 * math.pi)
+    faults = []
+    if along < COARSE:
+        wanted = math.ceil(FINE * case.shell.height / radius)
+        faults.append(f"grid.generatrix {case.grid.generatrix} has {along:.3g} cells in a radius, {wanted} would have {FINE}")
+    if around < COARSE and case.model.fidelity != "axisymmetric":
+        faults.append(f"grid.hoop {case.grid.hoop} has {around:.3g}, {HOOP} would have {HOOP / (2.0 * math.pi):.3g}")
+    return f"coarse: {'; '.join(faults)}; answers may be off by some per cent" if faults else None
 
 
 class LongStep(UserWarning):

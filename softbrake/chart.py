@@ -17,8 +17,7 @@ from itertools import pairwise
 from pathlib import Path
 from typing import Literal, NamedTuple
 
-from softbrake.build import ONE_COLUMN
-from softbrake.case import Case, Fidelity
+from softbrake.case import ONE_COLUMN, Case, Fidelity
 from softbrake.convergence import CAUTION, estimate
 from softbrake.drop import Diverged, Drop, compile_kernels, kernels_of
 from softbrake.keys import UNKNOWN_CONTACT

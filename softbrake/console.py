@@ -91,20 +91,24 @@ def print_summary(summary: Summary, tension_scale: float | None = None, console:
     model = summary.model
     for line in (
         f"{model.fidelity}, {model.scheme} scheme, {model.generatrix} x {model.hoop} cells, Courant {model.courant:g}",
+        *(() if model.fabric is None else (f"fabric: {model.fabric}",)),
         *(() if model.contact is None else (f"contact: {contact_in_words(model.fidelity, model.contact)}",)),
         f"{summary.steps} steps of {summary.time_step * 1e6:.4g} us on average; "
         f"kernels {summary.kernel_seconds:.2f} s of CPU, wall {summary.wall_seconds:.2f} s",
     ):
         console.print(line, markup=False, highlight=False)
+    if summary.doubt is not None:
+        console.print(f"doubtful: {summary.doubt}", markup=False, highlight=False)
     if summary.fidelity_reason is not None:
         console.print(f"error bar: {summary.fidelity_reason}", markup=False, highlight=False)
     if summary.results:
         console.print(f"results in {summary.results}", soft_wrap=True, markup=False, highlight=False)
 
 
-def gain_in_words(summary: Summary) -> str:
-    """What fabric and belts gave beyond what they took and had; below 0 it is what they keep and what viscosity ate."""
-    return "none" if summary.fabric_gain < ROUND_OFF else f"{100 * summary.fabric_gain:.2g} %"
+def made_in_words(summary: Summary) -> str:
+    """What made energy that no force gave, and how much of the initial energy."""
+    makers = [f"{name} {100 * made:.2g} %" for name, made in summary.energy_made.items() if made >= ROUND_OFF]
+    return ", ".join(makers) or "none"
 
 
 def inflation_json(inflation: Inflation) -> str:
@@ -175,7 +179,7 @@ def _motion(summary: Summary) -> Table:
         table.add_row("reduction", f"{summary.velocity_reduction:.5f}", "m/s", f"{share:.1%} of free fall")
     peak = summary.peak_deceleration
     when = f", {_when(summary.peaks['peak_deceleration'])}" if "peak_deceleration" in summary.peaks else ""
-    bar = _bar(summary, "peak_deceleration", 1.0)
+    bar = ("doubtful, " if summary.doubt is not None else "") + _bar(summary, "peak_deceleration", 1.0)
     table.add_row("peak deceleration, 1 kHz", f"{peak:.2f}", "m/s^2", f"{bar}{peak / STANDARD_GRAVITY:.2f} g net{when}")
     _add_other_peaks(table, summary, "peak_deceleration", 2, 1.0, "m/s^2")
     if summary.filtered is not None and summary.filtered.fault is not None:
@@ -190,7 +194,9 @@ def _tensions(summary: Summary, scale: float | None) -> Table:
         value: float | None = getattr(summary, name)
         if value is None:
             continue
-        notes = [] if scale is None else [f"{value / scale:.3f} T0/L"]
+        notes = ["doubtful"] if summary.doubt is not None else []
+        if scale is not None:
+            notes.append(f"{value / scale:.3f} T0/L")
         if (peak := summary.peaks.get(name)) is not None:
             notes.append(_when(peak))
         table.add_row(f"peak tension, {tension}", f"{value / 1e3:.3f}", "kN/m", _bar(summary, name, 1e-3) + ", ".join(notes))
@@ -275,7 +281,11 @@ def _work(summary: Summary) -> Table:
         depth = f"of folds, to {100.0 * summary.largest_penetration:.2g}% of a cell"
         table.add_row("crossings", str(summary.crossings), "", depth)
     table.add_row("energy residual", f"{summary.energy_error:.2e}", "", "of the initial energy")
-    table.add_row("energy made by fabric", gain_in_words(summary), "", "of the initial energy, from nowhere")
+    if made_in_words(summary) == "none":
+        table.add_row("energy from nowhere", "none")
+    for name, made in summary.energy_made.items():
+        if made >= ROUND_OFF:
+            table.add_row(f"energy made by {name}", f"{100 * made:.2g} %", "", "of the initial energy, from nowhere")
     return table
 
 

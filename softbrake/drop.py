@@ -17,7 +17,6 @@ import numpy as np
 from softbrake import __version__
 from softbrake.build import (
     CELLS_OF_TWO,
-    ONE_COLUMN,
     build_meridian,
     build_model,
     build_state,
@@ -29,9 +28,9 @@ from softbrake.build import (
     whole_nodes,
     with_room,
 )
-from softbrake.case import Case, damping_ratio, parse_case, starter
+from softbrake.case import ONE_COLUMN, Case, damping_ratio, parse_case, starter
 from softbrake.interrupt import held_interrupt
-from softbrake.kernels.course import FABRIC_GAIN, energy_given
+from softbrake.kernels.course import MADE, energy_given
 from softbrake.kernels.fields import sample_fields
 from softbrake.kernels.halves import HELP
 from softbrake.kernels.jit import PACKAGE, hash_sources
@@ -44,8 +43,23 @@ from softbrake.kernels.timestep import stable_step
 from softbrake.pulse import COLUMNS, filtered_peaks, larger
 from softbrake.relax import TOLERANCE, Relaxation, relax
 from softbrake.results import ResultFile
-from softbrake.state import PAD, Floats, FoldCount, History, Ints, Meridian, Model, Nodes, Outcome, Peak, State, Sweep, Turn
-from softbrake.summary import LARGEST_GAIN, FilteredPeaks, ModelUsed, Phase, Summary, Work
+from softbrake.state import (
+    PAD,
+    Floats,
+    FoldCount,
+    History,
+    Ints,
+    Meridian,
+    Model,
+    Nodes,
+    Outcome,
+    Peak,
+    Source,
+    State,
+    Sweep,
+    Turn,
+)
+from softbrake.summary import LARGEST_GAIN, FilteredPeaks, ModelUsed, Phase, Summary, Work, doubt_of, fabric_in_words
 from softbrake.summary import Peak as PeakFound
 
 KERNELS = {"full": advance, "sector": advance, "axisymmetric": advance_meridian, "lumped": advance_lumped}
@@ -179,9 +193,9 @@ class Drop:
         self.kernel_seconds = 0.0
         if case.initial == "inflated" and case.model.fidelity != "lumped":  # gas alone has no shape
             self.inflate()
-            shape, stored = self.state.nodes, -self.now(History.WORK_ELASTIC) - self.now(History.WORK_BELTS)
+            shape, stored = self.state.nodes, [-self.now(History.WORK_ELASTIC), -self.now(History.WORK_BELTS)]
             self.state = build_state(case, self.model)
-            self.state.elastic_start[0] = stored
+            self.state.stored[:] = stored
             for part, inflated in zip(self.state.nodes[:3], shape[:3], strict=True):
                 part[:] = inflated
 
@@ -418,6 +432,8 @@ class Drop:
         generatrix, hoop, belt = (
             None if (peak := peaks.get(f"peak_tension_{part}")) is None else peak.value for part in ("generatrix", "hoop", "belt")
         )
+        energy = initial_energy(case, self.model)
+        made = {name: part / energy for name, part in self.made().items()}
         return Summary(
             title=case.title,
             outcome=outcome,  # type: ignore[arg-type]
@@ -436,7 +452,7 @@ class Drop:
             largest_penetration=0.0 if folds is None else float(folds.penetration[0]),
             crossings=0 if folds is None else int(folds.counts[FoldCount.PIERCED]),
             energy_error=self.energy_error(),
-            fabric_gain=self.fabric_gain() / initial_energy(case, self.model),
+            energy_made=made,
             steps=steps,
             time_step=self.now(History.TIME) / steps if steps else 0.0,
             kernel_seconds=self.kernel_seconds,
@@ -448,22 +464,30 @@ class Drop:
                 case.time.courant,
                 case.model.scheme,
                 [] if case.model.fidelity == "lumped" else list(case.contact),
+                None
+                if case.model.fidelity == "lumped"
+                else fabric_in_words(case.fabric.law, case.fabric.slack, case.fabric.G12, case.fabric.E11, case.fabric.E22),
             ),
             results=None if file is None else str(file.path),
             fabric_margin=_margin(case.fabric.strength, max(generatrix or 0.0, hoop or 0.0)),
             belt_margin=_margin(min((b.strength for b in case.belts if b.strength is not None), default=None), belt or 0.0),
             filtered=filtered,
+            doubt=doubt_of(made),
         )
 
     def _divergence(self) -> str:
         model, nodes = self.whole_shell()
         speed = np.sqrt(sum(grid_view(part, model) ** 2 for part in (nodes.u, nodes.v, nodes.w)))
         row, column = np.unravel_index(int(np.argmax(np.where(np.isfinite(speed), speed, np.inf))), speed.shape)
-        kinetic, gain = self.now(History.KINETIC_ENERGY), self.fabric_gain()
+        kinetic, (maker, made) = self.now(History.KINETIC_ENERGY), max(self.made().items(), key=lambda part: part[1])
         if not math.isfinite(kinetic):
             excess = "kinetic energy not finite"
-        elif gain > FABRIC_GAIN * energy_given(self.model, self.state):
-            excess = f"fabric and belts gave {gain:.4g} J more than they took"
+        elif made > MADE * energy_given(self.model, self.state):
+            excess = (
+                f"{maker} gave {made:.4g} J more than they took"
+                if maker == "belts"
+                else f"{maker} gave {made:.4g} J more than it took"
+            )
         else:
             excess = f"kinetic energy {kinetic:.4g} J, more than start, gravity and gas can have given"
         return (
@@ -472,10 +496,9 @@ class Drop:
             f"most likely {self._cause()}"
         )
 
-    def fabric_gain(self) -> float:
-        """Return what fabric and belts gave beyond what they took and had at the start, J: above 0, energy from nowhere."""
-        works = (History.WORK_ELASTIC, History.WORK_VISCOUS, History.WORK_BELTS)
-        return sum(self.now(work) for work in works) - float(self.state.elastic_start[0])
+    def made(self) -> dict[str, float]:
+        """Return the most that fabric, belts and viscosity gave beyond what they had, J: above 0, energy from nowhere."""
+        return {source.name.lower(): float(self.state.made[source]) for source in Source}
 
     def _cause(self) -> str:
         """Most likely cause of a divergence, in words, with what helps."""
@@ -489,15 +512,14 @@ class Drop:
             return f"{self._limit()} exceeded {self.model.courant:.3g} times; try time.courant=auto"
         shorter = f"try time.courant={0.5 * case.time.courant:g}"
         contact = self.now(History.WORK_CONTACT)
-        if contact > max(self.fabric_gain(), LARGEST_GAIN * energy_given(self.model, self.state)):
+        if contact > max(*self.made().values(), LARGEST_GAIN * energy_given(self.model, self.state)):
             return f"contact, which gave {contact:.4g} J more than it took; {shorter}"
         ratio, printed = damping_ratio(case.shell, fabric, case.grid), case.model.scheme == "cell"
         lawless = fabric.law == "true_tension" or (fabric.slack == "cut" and fabric.nu12 > 0.0)
         if lawless and ratio < (UNDAMPED if printed else LEAKY):
             return (
                 "tensions without a potential, which gain energy where fabric gets slack and taut again, at any step; "
-                "try fabric.law=tension_field"
-                + (", and model.scheme=edge" if printed else "")
+                "try fabric.law=tension_field" + (", and model.scheme=edge" if printed else "")
             )
         if printed:
             return "the printed scheme's averages do not feel a checkerboard of folds; model.scheme=edge does"

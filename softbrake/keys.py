@@ -25,6 +25,7 @@ class Key:
     most: float | None = None
     many: bool = False  # a list of such values
     auto: str = ""  # the word auto is allowed; what a number looks like
+    begun: bool = False  # stands in the starter case though it may be left out
 
     @property
     def wanted(self) -> str:
@@ -126,6 +127,10 @@ LAW = Key("law", tuple(PRESSURE), "over time; sine is (2.10)", "constant", requi
 # the bound is that of a taut shell; fabric that gets slack and taut again feeds waves near it, unless viscosity eats them.
 AUTO_COURANT = ((0.03, 0.95), (0.01, 0.75), (0.003, 0.6), (0.0, 0.35))
 
+FINE, COARSE = 18, 12  # cells in a radius: of a default grid, and below which a shell is too coarse
+HOOP = 120  # cells around the hoop by default: 19 in a radius, in whole vectors
+BETWEEN_BELTS = 6  # least cells of a default grid between two belts, or a belt and a cover, where that is not 4 times finer
+
 CONTACT = ("ground", "belts", "cover", "cargo", "axis", "folds")  # what stops the fabric
 CFC = (60, 180, 600, 1000)  # channel frequency classes of SAE J211
 SHEAR = 0.05  # of the smaller of E11 and E22: default of G12
@@ -166,6 +171,7 @@ SECTIONS: dict[str, tuple[Key, ...]] = {
             "0.25",
             computed="nu21 E22/E11, or 0",
             least=0,
+            begun=True,
         ),
         Key("nu21", Dimension.RATIO, "instead, the other way", "0.25", computed="nu12 E11/E22", least=0),
         Key("G12", Dimension.TENSION, "shear modulus", "1 kN/m", computed="5 % of E, of the smaller one", least=0),
@@ -197,8 +203,16 @@ SECTIONS: dict[str, tuple[Key, ...]] = {
     ),
     "pressure": (LAW, *{key.meaning: key for keys in PRESSURE.values() for key in keys}.values()),
     "grid": (
-        Key("generatrix", int, "cells along the generatrix", "36", default=36, least=4, most=10_000),
-        Key("hoop", int, "cells around the hoop", "90", default=90, least=8, most=10_000),
+        Key(
+            "generatrix",
+            int,
+            "cells along the generatrix",
+            "44",
+            computed="an 18th of the radius long, a 36th with axisymmetric; 6 or more between belts",
+            least=4,
+            most=10_000,
+        ),
+        Key("hoop", int, "cells around the hoop", "120", computed="120, or what sector divides", least=8, most=10_000),
     ),
     "time": (
         Key(
@@ -348,9 +362,9 @@ def starter() -> str:
     lines += [_starter_line(key, "", key.name in ("title", "gravity")) for key in TOP]
     lines.append("contact: full".ljust(34) + f"# {_CONTACT}")
     for name, keys in SECTIONS.items():
-        live = needed(name)
-        lines.append(f"{name}:")
-        lines += [_starter_line(key, "  ", key in live or key.default is not None) for key in keys]
+        live = [key for key in keys if key in needed(name) or key.default is not None or key.begun]
+        lines.append(f"{'' if live else '# '}{name}:")
+        lines += [_starter_line(key, "  ", key in live) for key in keys]
     return "\n".join(lines) + "\n"
 
 

@@ -60,7 +60,7 @@ class Held:
         state.steps[0], state.choice[:], state.stable_step[1] = 0, (0, 1), 0.0  # the step is chosen anew
         sinking = 0.5 * model.sector.copies * HEAVY * SINKING**2
         state.now[History.KINETIC_ENERGY] = state.kinetic_start[0] = sinking
-        state.elastic_start[0] = inf  # what the shell has stored is not known
+        state.stored[:] = inf  # what the shell has stored is not known
         for part in state.work:
             part[:] = 0.0
 

@@ -14,7 +14,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from softbrake.console import STANDARD_GRAVITY, TENSIONS, gain_in_words, outcome_in_words
+from softbrake.console import STANDARD_GRAVITY, TENSIONS, made_in_words, outcome_in_words
 from softbrake.keys import CONTACT, key_at
 from softbrake.page import Curve, Mark, chart, page, table
 from softbrake.plot import cut, moments
@@ -195,7 +195,8 @@ def _answers(case: dict[str, Any], summary: Summary) -> str:
         for name, value, note, bad in cards
     )
     reason = "no error bar was asked for" if summary.fidelity_reason is None else f"error bars: {summary.fidelity_reason}"
-    return f'<div class="answers">{body}</div><p class="note">{escape(reason)}</p>'
+    doubt = "" if summary.doubt is None else f'<p class="bad">{escape(summary.doubt)}</p>'
+    return f'{doubt}<div class="answers">{body}</div><p class="note">{escape(reason)}</p>'
 
 
 def _notes(summary: Summary, name: str, scale: float, unit: str) -> list[str]:
@@ -308,7 +309,7 @@ def _computed(summary: Summary) -> str:
     ]
     works = [[f"work, {name}", f"{value:.2f} J"] for name, value in asdict(summary.work).items()]
     works.append(["energy residual", f"{summary.energy_error:.1e} of the initial energy"])
-    works.append(["energy made by fabric", gain_in_words(summary)])
+    works.append(["energy from nowhere", made_in_words(summary)])
     text = "".join(f"<p>{escape(line)}</p>" for line in lines) + table(("", ""), works, 1)
     if summary.ladder:
         rows = [

@@ -129,6 +129,14 @@ class PressureLaw(IntEnum):
     TABLE = 2
 
 
+class Source(IntEnum):
+    """Of energy that no force can have given: elements of `State.made`."""
+
+    FABRIC = 0  # elastic work beyond what was stored at the start
+    BELTS = 1  # likewise
+    VISCOSITY = 2  # work, which may not be positive
+
+
 class Law(IntEnum):
     """Tension over elongation."""
 
@@ -215,7 +223,9 @@ class Contact(NamedTuple):
 class Sector(NamedTuple):
     """How the columns make up the hoop: it repeats them, turned about the axis."""
 
-    copies: float  # circumference over the unloaded edges of the columns: more than 1 where they are all of the hoop, for cloth is
+    copies: (
+        float  # circumference over the unloaded edges of the columns: more than 1 where they are all of the hoop, for cloth is
+    )
     # on arcs and edges are their chords
     gas: float  # area between arcs over that between chords, per length of cloth: 1/cos of half the angle between two columns
     cos: float  # of the angle of a sector, exactly 1 where there is only one
@@ -352,7 +362,8 @@ class State(NamedTuple):
     stable_step: Floats  # (2,), s: as last chosen, at Courant coefficient 1, and the limit found then
     last_step: Floats  # (1,), s, the step from n-1 to n; 0 at the start, which staggers it
     kinetic_start: Floats  # (1,), J
-    elastic_start: Floats  # (1,), J, stored in fabric and belts at the start
+    stored: Floats  # (2,), J, in fabric and in belts at the start
+    made: Floats  # (len(Source),), J, largest so far of what each gave beyond what it had
     peaks: Floats  # (len(Peak), 3), of the phase under way: value, time (s), row
     overshoot: Floats  # likewise, of the overshoot once it is over, before that zero
     felt: Floats  # (1,) m/s^2, acceleration of the cargo behind a low-pass

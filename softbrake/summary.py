@@ -6,7 +6,7 @@ from collections.abc import Iterable
 from dataclasses import dataclass, field
 from typing import Literal
 
-LARGEST_GAIN = 0.01  # of the initial energy from nowhere, above which a run is not to be trusted without a second look
+LARGEST_GAIN = 1e-3  # of the initial energy from nowhere, above which peaks are doubtful and a run counts as failed
 
 
 Phase = Literal["overshoot", "crushing"]  # before and after the cover has come down by a tenth of the shell's height
@@ -45,6 +45,19 @@ class ModelUsed:
     courant: float
     scheme: str
     contact: list[str] | None = None  # what stops the fabric; None in older result files
+    fabric: str | None = None  # law and shear in words; None in older result files and without a shell
+
+
+def fabric_in_words(law: str, slack: str, G12: float, E11: float, E22: float) -> str:
+    """Law of the fabric, and its shear modulus (N/m)."""
+    carries = ", carries compression" if slack == "compression" else ", cut" if law != "tension_field" else ""
+    return f"{law}{carries}; G12 {G12:.4g} N/m, {G12 / min(E11, E22):.2g} of E"
+
+
+def doubt_of(energy_made: dict[str, float]) -> str | None:
+    """Say why the peaks of a run are not to be trusted, where something made energy that no force gave; else None."""
+    makers = [f"{name} made {made:.2%}" for name, made in energy_made.items() if made > LARGEST_GAIN]
+    return f"{', '.join(makers)} of the initial energy from nowhere: peaks and velocity are doubtful" if makers else None
 
 
 def contact_in_words(fidelity: str, parts: Iterable[str]) -> str:
@@ -148,7 +161,9 @@ class Summary:
     largest_penetration: float  # of folds into one another, over an unloaded cell
     crossings: int  # how often a pair of folds was not kept from passing, in each step; not in the last 1e-5 m
     energy_error: float  # residual of the work ledger over initial kinetic plus potential energy
-    fabric_gain: float  # what fabric and belts gave beyond what they took and had, over the same; above 0 it came from nowhere
+    energy_made: dict[
+        str, float
+    ]  # over the same: the most that fabric, belts and viscosity gave beyond what they had, at any time
     steps: int
     time_step: float  # s, mean
     kernel_seconds: float  # s of CPU
@@ -163,3 +178,4 @@ class Summary:
     belt_margin: float | None = None  # likewise, of the weakest belt under the largest tension of any
     sensitivity: Sensitivities | None = None  # where it was asked for
     filtered: FilteredPeaks | None = None  # None where no result file was written, and in older ones
+    doubt: str | None = None  # see doubt_of

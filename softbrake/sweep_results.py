@@ -15,7 +15,6 @@ from rich.table import Table
 from softbrake.console import STANDARD_GRAVITY
 from softbrake.designs import Axis
 from softbrake.plot import BLUE, GREEN, GREY, INK, ORANGE, RED, STYLE, PlotError, load_matplotlib, save
-from softbrake.summary import LARGEST_GAIN
 from softbrake.sweep import Plan, Record
 
 if TYPE_CHECKING:
@@ -107,9 +106,9 @@ def failures(table: Sequence[Row]) -> list[str]:
     return [f"run {row['run']}: {row['fault']}" for row in table if row["fault"]]
 
 
-def gaining(table: Sequence[Row]) -> list[Row]:
-    """Runs that came to their end though fabric and belts made more than LARGEST_GAIN of the initial energy."""
-    return [row for row in table if not row["fault"] and row["fabric_gain"] > LARGEST_GAIN]
+def doubtful(table: Sequence[Row]) -> list[Row]:
+    """Runs that came to their end though something made energy of nothing."""
+    return [row for row in table if not row["fault"] and row["doubt"]]
 
 
 def print_table(plan: Plan, table: Sequence[Row], console: Console | None = None) -> None:

@@ -421,7 +421,8 @@ def step(model: Model, x: Floats, v: Floats, time: float, dt: float, step: float
         History.PRESSURE: uniform,
         History.COVER_FORCE: copies * lift,
         History.GROUND_AREA: copies * (model.cover_area + lying_area(model, x, forces)),
-        History.GROUND_FORCE: copies * (on_cover - float(total[0, :, 2].sum()) + float(forces[History.WORK_GROUND][..., 2].sum())),
+        History.GROUND_FORCE: copies
+        * (on_cover - float(total[0, :, 2].sum()) + float(forces[History.WORK_GROUND][..., 2].sum())),
         **{which: value for which, (value, _) in top.items()},
     }
     return Step(places, new, now, work, top)

@@ -104,7 +104,7 @@ def summary() -> Summary:
         largest_penetration=0.0,
         crossings=0,
         energy_error=1e-14,
-        fabric_gain=-0.2,
+        energy_made={"fabric": 0.0, "belts": 0.0, "viscosity": 0.0},
         steps=1200,
         time_step=1e-4,
         kernel_seconds=0.1,

@@ -668,7 +668,10 @@ def test_shear_of_taut_and_slack_cloth() -> None:
     sine = 1.02**2 * sin(0.05)
     assert shear_of(0.02, 0.02, 0.05, 1e3) == (pytest.approx(1e3 * sine), 0.0)
     assert shear_of(0.02, 0.02, -0.05, 1e3)[0] == pytest.approx(-1e3 * sine)
-    assert shear_of(-0.05, -0.05, 0.05, 1e3) == (pytest.approx(0.0, abs=1e-12), 0.0)  # Green's strains -0.049, half the sine 0.0226
+    assert shear_of(-0.05, -0.05, 0.05, 1e3) == (
+        pytest.approx(0.0, abs=1e-12),
+        0.0,
+    )  # Green's strains -0.049, half the sine 0.0226
     strained, added = shear_of(0.001, 0.001, 0.3, 1e3)  # no tension to speak of, much shear: the long diagonal pulls
     assert 0.0 < strained < 0.9 * 1e3 * sin(0.3)
     assert added > 0.0

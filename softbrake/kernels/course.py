@@ -4,14 +4,14 @@ from math import exp, sqrt
 
 from softbrake.kernels.jit import kernel
 from softbrake.kernels.pressure import pressure_at
-from softbrake.state import History, Outcome, Peak
+from softbrake.state import History, Outcome, Peak, Source
 
 STEPS_PER_STEP_CHOICE = 16  # most; a choice costs a third of a step, 0.7 of one of the axisymmetric shell
 STEADY = 0.99  # a limit that has fallen to less of the last one is looked at more often
 LENGTHENED = 1.2  # a step becomes longer by no less
 FELT = 1.6e-4  # s, time constant of the low-pass before the peak deceleration: 1 kHz, as of channel class 600 of ISO 6487
 RUNAWAY = 4.0  # kinetic energy above this many times what start, gravity and pressure gave: it came from nowhere
-FABRIC_GAIN = 0.25  # the same of what fabric and belts gave beyond what they had taken
+MADE = 0.25  # the same of what fabric, belts or viscosity gave beyond what they had
 
 
 @kernel
@@ -86,10 +86,20 @@ def begin_crushing(peaks, overshoot):
 
 @kernel
 def ran_away(model, state):
-    """Return whether the kinetic energy of state.now is more than what was given or not a number, or fabric gave of it."""
-    now, given = state.now, energy_given(model, state)
-    gain = now[History.WORK_ELASTIC] + now[History.WORK_VISCOUS] + now[History.WORK_BELTS] - state.elastic_start[0]
-    return not (now[History.KINETIC_ENERGY] <= RUNAWAY * given and gain <= FABRIC_GAIN * given)
+    """Return whether the kinetic energy of state.now is more than what was given or not a number, or a Source made of it."""
+    book_made(state)
+    given, made = energy_given(model, state), state.made
+    most = max(made[Source.FABRIC], made[Source.BELTS], made[Source.VISCOSITY])
+    return not (state.now[History.KINETIC_ENERGY] <= RUNAWAY * given and most <= MADE * given)
+
+
+@kernel
+def book_made(state):
+    """Raise state.made to what works of state.now exceed what was there: a potential gives back no more, viscosity nothing."""
+    now, stored, made = state.now, state.stored, state.made
+    made[Source.FABRIC] = max(made[Source.FABRIC], now[History.WORK_ELASTIC] - stored[0])
+    made[Source.BELTS] = max(made[Source.BELTS], now[History.WORK_BELTS] - stored[1])
+    made[Source.VISCOSITY] = max(made[Source.VISCOSITY], now[History.WORK_VISCOUS])
 
 
 @kernel
