@@ -1,8 +1,8 @@
-"""Scenes drawn by chance as an engineer would draw them, by a seed: cases of their own for the checks of law, grid and error bars.
+"""Scenes drawn by chance as an engineer would draw them, by a seed: for the checks of law, grid and error bars.
 
-A scene is a text of a case file: cloth, gas and cargo of airdrops, capsules and drones. All is drawn evenly over the logarithm, but
-ratios and velocity. The cargo is so heavy that the gas, held at its pressure over the whole height, would take between half and all
-of its energy; a third of the scenes has belts.
+A scene is a text of a case file: cloth, gas and cargo of airdrops, capsules and drones. All is drawn evenly over the logarithm,
+but ratios and velocity. The cargo is so heavy that the gas, held at its pressure over the whole height, would take between half
+and all of its energy; a third of the scenes has belts.
 """
 
 from __future__ import annotations

@@ -2,8 +2,9 @@
 
     python -m benchmarks.shear [--scenes 40] [--seeds 2]
 
-Each scene is computed as axisymmetric shell and, disturbed by 1e-3 of its radius, as full shell with folds on the same grid, cells a
-twelfth of the radius long. An answer agrees where both end alike, impact velocities within 1 %, or of 5 % of the free-fall velocity.
+Each scene is computed as axisymmetric shell and, disturbed by 1e-3 of its radius, as full shell with folds on the same grid,
+cells a twelfth of the radius long. An answer agrees where both end alike, impact velocities within 1 %, or of 5 % of the
+free-fall velocity.
 """
 
 from __future__ import annotations

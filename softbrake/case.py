@@ -348,7 +348,7 @@ class _CaseChecker(Checker):
         belts = self.belts(root, shell, fabric, grid)
         cargo = self.cargo(root, shell)
         model = self.model(root, grid)
-        contact = self.contact(root, model, climbed="tolerance" in top or model.get("fidelity") == "auto")
+        contact = self.contact(root, model)
         pressure = self.pressure(root, shell, cargo, top)
         self.initial(root, top, model, pressure)
         time = self.named(root, "time")
@@ -490,13 +490,13 @@ class _CaseChecker(Checker):
             fault = f"the {pressure.law} law starts without pressure"
             self.fault(place, where, fault, "initial: unloaded, or a pressure at t = 0 is wanted")
 
-    def contact(self, root: Node, model: Values, climbed: bool) -> tuple[str, ...]:
-        """What stops the fabric; climbed: whether fidelity is chosen, in an ensemble of shells, too dear with their folds."""
+    def contact(self, root: Node, model: Values) -> tuple[str, ...]:
+        """What stops the fabric."""
         assert isinstance(root.value, dict)
         node = root.value.get("contact")
         fidelity = model.get("fidelity", "axisymmetric")
         known = tuple(part for part in CONTACT if part not in UNKNOWN_CONTACT[fidelity])
-        word = node.value if node is not None else "solid" if climbed else "full"
+        word = node.value if node is not None else "full"
         if isinstance(word, str) and word in CONTACT_SETS:
             return tuple(part for part in CONTACT_SETS[word] if part in known)
         assert node is not None

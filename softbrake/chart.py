@@ -21,21 +21,7 @@ from softbrake.case import ONE_COLUMN, Case, Fidelity
 from softbrake.convergence import CAUTION, estimate
 from softbrake.drop import Diverged, Drop, compile_kernels, kernels_of
 from softbrake.keys import UNKNOWN_CONTACT
-from softbrake.ladder import (
-    COURANT,
-    DOUBLINGS,
-    DOUBTFUL,
-    LEAST_SPEED,
-    OUT_OF_ROUND,
-    PROBE,
-    ROUND,
-    SEEDS,
-    STEPPED,
-    least_cells,
-    level,
-    probe,
-    speed_of,
-)
+from softbrake.ladder import COURANT, DOUBTFUL, LEAST_SPEED, OUT_OF_ROUND, SEEDS, least_cells, level, probe, speed_of
 from softbrake.summary import Summary
 
 BUDGET = 120.0  # s
@@ -55,6 +41,10 @@ REPEATED = 1.0  # s, runs below are timed three times
 SHARE = 2 / 3  # of the budget, at most, for the reference
 # The reference's grid over the finest shown, at least, by its fidelity and that of the run: they share the error of their grid.
 # Others, as the axisymmetric shell beside full ones, show the difference of the models, whatever their grid.
+ROUND = 720  # cells around the hoop of an axisymmetric shell, which does not feel them
+PROBE = 36  # cells along the generatrix of the full shell that is asked whether it stays round
+DOUBLINGS = 6
+STEPPED = 1.5  # refinement of the full shell
 BEYOND: dict[str, dict[str, float]] = {"axisymmetric": {"axisymmetric": 4.0}, "full": {"full": STEPPED, "sector": STEPPED}}
 TOO_FINE = "too fine for the reference to judge"
 INTERRUPTED = "not run: interrupted"
@@ -411,7 +401,7 @@ class _Charter:
         A grid twice as fine is asked where a coarse one lets the disturbance grow much, as in `ladder`.
         """
         moved = dict.fromkeys(UNITS, 0.0)
-        radius, words = 0.5 * self.case.shell.diameter, ""
+        words = ""
         cells = max(PROBE, least_cells(self.case))
         for n1 in (cells, 2 * cells):
             setting = Setting("full", "edge", COURANT, n1, _hoop(self.case, "full", n1))
@@ -420,22 +410,22 @@ class _Charter:
             self.report(0, self.planned, f"does it stay round? {setting}")
             started = time.perf_counter()
             try:
-                summary, lopsided = probe(setting.apply(self.case))
+                summary, lopsided = probe(setting.apply(self.case), 1)
             except Diverged:
                 return None, "the full shell diverges on a coarse grid"
             self.costs.append((setting, time.perf_counter() - started))
             twin = self.run(setting._replace(fidelity="axisymmetric"))
             apart = {name: abs(value - twin.values[name]) for name, value in values_of(self.case, summary).items()}
             moved = {name: max(moved[name], apart[name]) for name in moved}
-            words = f"a disturbance of {SEEDS[0]:g} R grows to {lopsided / radius:.2g} R on {n1} x {setting.hoop} cells"
+            words = f"a disturbance of {SEEDS[0]:g} R grows to {lopsided:.2g} R on {n1} x {setting.hoop} cells"
             least = TOLERANCES[-1] * max(speed_of(summary), LEAST_SPEED * summary.free_fall_velocity)
-            if lopsided > OUT_OF_ROUND * radius:
+            if lopsided > OUT_OF_ROUND:
                 return None, f"the full shell does not stay round: {words}"
             if twin.summary.outcome != summary.outcome:
                 return None, f"the full shell ends otherwise than the axisymmetric one: {words}"
             if apart["impact_velocity"] > least:
                 return None, f"{words} and moves the answer by {apart['impact_velocity']:.2g} m/s"
-            if lopsided <= DOUBTFUL * SEEDS[0] * radius:
+            if lopsided <= DOUBTFUL * SEEDS[0]:
                 break
         return moved, f"the full shell stays round: {words}"
 

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
+from statistics import fmean, stdev
 
 FORMAL_ORDER = 2.0  # of the scheme in space and time
 SAFETY = 1.25  # of an index from three grids that converge as they should (ASME V&V 20)
@@ -49,3 +51,39 @@ def estimate(coarse: float, medium: float, fine: float, ratio: float, formal: fl
     error = (SAFETY if trusted else CAUTION) * max(abs(second), least) / (ratio**used - 1.0)
     limit = fine - second / (ratio**order - 1.0) if monotone else None
     return Estimate(fine, order if monotone else None, limit, error, trusted)
+
+
+def estimate_of_neighbours(cells: Sequence[int], values: Sequence[float]) -> Estimate:
+    """Return limit and error bar of the finest of four values or more, on grids of so many cells in any order.
+
+    Least squares of a + b h^p for p = 1 and 2; the one that leaves less is taken, and where neither leaves half of the other, the
+    one that is further from the finest value. error = safety |finest - a| + 2 standard deviations of the values from the fit, so
+    grids that scatter have a wide bar, however near two or three of them are. One value that is far off counts as scatter.
+    """
+    finest = max(cells)
+    value = values[list(cells).index(finest)]
+    fits = []
+    for order in (1.0, 2.0):
+        x = [(finest / n) ** order for n in cells]
+        mean_x, mean = fmean(x), fmean(values)
+        slope = sum((a - mean_x) * (b - mean) for a, b in zip(x, values, strict=True)) / sum((a - mean_x) ** 2 for a in x)
+        left = sum((b - mean - slope * (a - mean_x)) ** 2 for a, b in zip(x, values, strict=True))
+        fits.append((left, order, mean - slope * mean_x))
+    fits.sort()
+    (least, order, limit), (other, other_order, other_limit) = fits
+    clear = least < 0.25 * other
+    if not clear and abs(value - other_limit) > abs(value - limit):
+        order, limit = other_order, other_limit
+    scatter = math.sqrt(least / (len(values) - 2))
+    floor = 1e-12 * max(map(abs, values))
+    return Estimate(value, order if clear else None, limit, SAFETY * abs(value - limit) + 2.0 * scatter + floor, clear)
+
+
+# Student's t of 95 %, two-sided, by degrees of freedom from 1 on; beyond the list that of the last is taken
+STUDENT = (12.71, 4.303, 3.182, 2.776, 2.571, 2.447, 2.365, 2.306, 2.262, 2.228, 2.201, 2.179, 2.160, 2.145, 2.131)
+
+
+def prediction(values: Sequence[float]) -> tuple[float, float]:
+    """Return the mean of two values or more, and by how much another one of the same kind differs from it at most in 19 of 20 cases."""
+    mean, count = fmean(values), len(values)
+    return mean, STUDENT[min(count - 2, len(STUDENT) - 1)] * stdev(values) * math.sqrt(1.0 + 1.0 / count)

@@ -15,10 +15,10 @@ from pathlib import Path
 
 from softbrake.batch import run_batch
 from softbrake.case import Case, CaseError, FullStop, full_stop, load_case, quantities
-from softbrake.convergence import CAUTION, estimate
+from softbrake.convergence import estimate_of_neighbours
 from softbrake.drop import Diverged, run
 from softbrake.keys import PHYSICS, key_at
-from softbrake.ladder import BUDGET, Climb, climb, companions, level, refinement
+from softbrake.ladder import BUDGET, Climb, climb, level, neighbours
 from softbrake.summary import Rung, Summary
 from softbrake.units import Dimension, parse_quantity
 
@@ -323,17 +323,14 @@ def _close_in(attempt: Callable[[float], Point], a: Point, b: Point) -> tuple[Po
 
 
 def _numerical_error(case: Case, target: Target, summary: Summary) -> tuple[float | None, str]:
-    """Error of the score by three grids, and in words what it rests on."""
+    """Error of the score by neighbouring grids, and in words what it rests on."""
     try:
-        runs = [*companions(case), summary]
-        coarse, medium, fine = (target.score(case, one) for one in runs)
+        runs = [*neighbours(case), summary]
+        scores = [target.score(case, one) for one in runs]
     except (Diverged, ValueError) as fault:
         return None, f"no error bar: a coarser grid has no answer ({str(fault).split(';')[0]})"
-    found = estimate(coarse, medium, fine, refinement(runs))
-    if math.isfinite(found.error):
-        return found.error, "grid convergence index of three grids, and the last bracket"
-    spread = max(coarse, medium, fine) - min(coarse, medium, fine)
-    return CAUTION * spread, f"{CAUTION:g} times the spread of three grids, which do not converge"
+    error = estimate_of_neighbours([one.model.generatrix for one in runs], scores).error
+    return error, "four grids beside one another, and the last bracket"
 
 
 def _missed(scan: Sequence[Point], target: Target) -> str:

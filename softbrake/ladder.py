@@ -1,49 +1,46 @@
-"""The cheapest model that is good enough: from gas alone over the axisymmetric shell to the full one, on evidence.
+"""The cheapest model that is good enough, on evidence: grids of the axisymmetric shell, beside it disturbed full shells.
 
-A level is left only where something speaks against it: a grid that has not converged, an answer that hangs on the grid or on a
-disturbance too small to matter, a full shell that does not stay round. What was tried stands in the table of rungs.
+Axisymmetric shells cost milliseconds, so neighbouring grids of theirs tell what a grid does to the answer. Full shells of coarse
+grids, disturbed as sewing and handling leave them, tell whether the shell stays round and by how much the answer departs from that
+of a round one. Where it does not stay round, the answer is the mean of an ensemble of full shells, and its bar holds 19 of 20 drops.
+What was tried stands in the table of rungs. Budgets are CPU seconds, so that no answer hangs on what else a machine does.
 """
 
 from __future__ import annotations
 
 import math
-import statistics
 import time
 import warnings
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
-from itertools import pairwise
 from pathlib import Path
 
 from softbrake import drop
-from softbrake.build import in_halves
 from softbrake.case import Case, Fidelity, LongStep, auto_courant, long_steps
-from softbrake.convergence import Estimate, estimate
-from softbrake.drop import Diverged, Drop, Progress, compile_kernels, kernels_of
+from softbrake.convergence import estimate_of_neighbours, prediction
+from softbrake.drop import CLOCK, Diverged, Drop, Progress
 from softbrake.keys import CONTACT_SETS, UNKNOWN_CONTACT
 from softbrake.state import History, Outcome
-from softbrake.summary import Rung, Summary
+from softbrake.summary import Ensemble, Rung, Summary
 
-ROUND = 720  # cells around the hoop of an axisymmetric shell: no cost but in the result file; 1e-5 short of the circle's area
 COURANT = 0.9  # where runs are to be compared at one; a climb takes `auto`
-BUDGET = 60.0  # s
-COARSEST = 18  # cells along the generatrix
-DOUBLINGS = 6
-PROBE = 36  # cells along the generatrix of the full shell that is asked whether it stays round, and half of those around it
+BUDGET = 60.0  # CPU s
+CELLS = (9.0, 10.8, 13.0, 15.6, 18.7)  # in a radius, of the first axisymmetric grids; 1.2 times as many from one to the next
+FINER = 1.2
+NEIGHBOURS = 5  # grids behind an error
+SCREEN, FINE = 12.0, 18.0  # cells in a radius of full shells
+MEMBERS = 8  # most of an ensemble on one grid
 # Of the radius, disturbances of the places at the start: from what sewing leaves to what nobody could measure. No case says how
-# round its shell is, and where symmetry is lost the answer hangs on when, so an ensemble takes one of each.
+# round its shell is, and where symmetry is lost the answer hangs on when, so an ensemble takes each.
 SEEDS = (1e-3, 1e-4, 1e-5, 1e-6)
-DOUBTFUL = 10.0  # times a disturbance: a shell that is round but let it grow by more is asked on a finer grid
-FINER = 10.0  # times the seconds of a full shell, for one on twice as fine a grid
 OUT_OF_ROUND = 0.05  # of the radius: more, and the shell is not axisymmetric; its square, 0.25 %, is what the answer feels
-STEPPED = 1.5  # refinement of the full shell
+DOUBTFUL = 10.0  # times a disturbance: a shell that let it grow by more may lose its symmetry on a finer grid
 LEAST_SPEED = 0.05  # of the free-fall velocity: tolerances of smaller impact velocities are parts of this
 PEAKS = ("peak_deceleration", "peak_tension_generatrix", "peak_tension_hoop", "peak_tension_belt")
-PART_UNMOVED = 0.5  # of the allowed error, for grid and loss of symmetry together where the axisymmetric shell is to stand for it
-STALLED = 0.44  # times the scatter on a grid 2.25 times as coarse, first order: if it falls less, finer grids are no help
-NO_COMPANION = "no error bar: a coarser grid diverges"
-BESIDE = 0.2  # of the budget left, for an axisymmetric shell that only tells which grid resolves the scene
-SHOTS = 100  # looks at how round the shell is
+PART = 0.5  # of the allowed error, that grids of the axisymmetric shell may take up
+COSTLIER = {"axisymmetric": FINER**3, "full": (FINE / SCREEN) ** 3.5}  # a run on the next finer grid, at most
+RATIOS = (0.57, 0.69, 0.83)  # of the cells, of the coarser neighbours of a grid that a case asks for
+SHOTS = 50  # looks at how round a shell is
 CLIMBED: tuple[Fidelity, ...] = ("lumped", "axisymmetric", "full")
 
 
@@ -75,8 +72,8 @@ class CutOff(Exception):
 def climb(case: Case, tolerance: float, budget: float = BUDGET, report: Callable[[Rung], None] | None = None) -> Climb:
     """Find the cheapest level and grid whose impact velocity is within a tolerance, relative. The Courant number is `auto`.
 
-    budget (s): no rung is begun that would take more, from what the last one took. report: told each rung as it is done.
-    Raises Interrupted at Ctrl-C once there is an answer, Diverged where no grid of the level wanted has one.
+    budget (CPU s): no run is begun that would take more, from what the last one took, but for one of each level. report: told each
+    rung as it is done. Raises Interrupted at Ctrl-C once there is an answer, Diverged where no grid of the level wanted has one.
     """
     return _Climber(case, tolerance, budget, report).climb()
 
@@ -94,7 +91,7 @@ def run(
 
     A case with a tolerance, or with `model.fidelity: auto`, is climbed first; `ladder` and `impact_velocity_error` of the answer
     then say how far it got, and the result file holds one run of the level chosen: of an ensemble the member nearest the answer.
-    Else `with_error_bar` asks for two coarser companions. Ctrl-C during a climb, or while its result file is written, gives
+    Else `with_error_bar` asks for three coarser neighbours. Ctrl-C during a climb, or while its result file is written, gives
     outcome "interrupted" and what was found. Warns (LongStep) of a `time.courant` above 1. Other arguments and errors as of
     `climb` and `drop.run`; ValueError where a grid is too coarse for companions.
     """
@@ -109,10 +106,11 @@ def run(
     if not with_error_bar:
         return drop.run(case, results, progress)
     try:
-        coarser = companions(case)
+        coarser = neighbours(case)
     except Diverged:
-        return drop.run(case, results, progress, lambda summary: replace(summary, fidelity_reason=NO_COMPANION))
-    return drop.run(case, results, progress, lambda summary: _with_error_bar(summary, coarser))
+        reason = "no error bar: a coarser grid diverges"
+        return drop.run(case, results, progress, lambda summary: replace(summary, fidelity_reason=reason))
+    return drop.run(case, results, progress, lambda summary: _with_error_bar(case, summary, coarser))
 
 
 def _write(found: Climb, results: str | Path, progress: Callable[[Progress], None] | None) -> Summary:
@@ -189,41 +187,82 @@ def level(case: Case, fidelity: Fidelity, generatrix: int, hoop: int, courant: f
     )
 
 
-@dataclass
-class _Found:
-    """Best answer of a level."""
+@dataclass(frozen=True)
+class _Run:
+    """One run of a climb."""
 
     case: Case
     summary: Summary
-    value: float  # m/s
-    error: float  # m/s
+    seed: int  # of its disturbance, 0 for none
+    out_of_round: float  # over the radius
+    seconds: float  # of CPU
+
+    @property
+    def cells(self) -> int:
+        return self.case.grid.generatrix
+
+
+@dataclass
+class _Found:
+    """Best answer so far."""
+
+    run: _Run  # nearest to the answer
+    energy: float  # m^2/s^2, see `kinetic`
+    error: float  # m^2/s^2
+    reason: str
     peaks: dict[str, float] = field(default_factory=dict)  # estimated errors
-    grids: int = 0  # behind the error
-    stalled: bool = False  # three grids were run, and their differences no longer fall: a finer one is no help
-    seed: int = 0  # of the run's disturbance
     means: dict[str, float] = field(default_factory=dict)  # of an ensemble's peaks
+    ensemble: Ensemble | None = None
+
+
+def kinetic(case: Case, summary: Summary) -> float:
+    """Twice the kinetic energy by the mass at the ground (m^2/s^2); below 0 what is missing to get there, at the mean braking.
+
+    It goes on smoothly where a cargo that stops just above the ground begins to reach it, as the velocity does not.
+    """
+    if summary.impact_velocity is not None:
+        return summary.impact_velocity**2
+    stroke = case.shell.height - summary.minimum_height
+    return -(case.cargo.velocity**2) * summary.minimum_height / max(stroke, 1e-9 * case.shell.height)
+
+
+def speed_range(energy: float, error: float) -> tuple[float, float]:
+    """Impact velocity (m/s) of an energy of `kinetic`, and by how much it may be off."""
+    low, speed, high = (math.sqrt(max(part, 0.0)) for part in (energy - error, energy, energy + error))
+    return speed, max(high - speed, speed - low)
 
 
 class _Climber:
     def __init__(self, case: Case, tolerance: float, budget: float, report: Callable[[Rung], None] | None) -> None:
         self.case, self.tolerance, self.budget, self.report = case, tolerance, budget, report
         self.rungs: list[Rung] = []
-        self.diverged: Diverged  # the last one
-        self.apart = 0.0  # m/s, by which a disturbance of the full shell moves the axisymmetric answer
         self.best: _Found | None = None  # the last answer, for Ctrl-C
+        self.diverged: Diverged | None = None  # the last one
+        self.radius = 0.5 * case.shell.diameter
         self.free_fall = math.sqrt(case.cargo.velocity**2 + 2.0 * case.gravity * case.shell.height)
         self.least = least_cells(case)
-        self.coarsest = max(COARSEST, self.least)
+        self.spent = 0.0  # CPU s
+        self.started = time.perf_counter()
         for fidelity in CLIMBED:
-            Drop(level(case, fidelity, self.coarsest, 2 * self.coarsest)).advance(most=0)  # compiling is no cost of a level
-        self.start = time.perf_counter()
+            Drop(self.at(fidelity, SCREEN)).advance(most=0)  # compiling is no cost of a level
 
-    def allowed(self, value: float) -> float:
-        """Allowed error (m/s) of an impact velocity."""
-        return allowed(self.tolerance, value, self.free_fall)
+    def at(self, fidelity: Fidelity, cells: float) -> Case:
+        """The case at a level, so many cells in a radius."""
+        n1 = max(math.ceil(cells * self.case.shell.height / self.radius), 8, self.least)
+        return level(self.case, fidelity, n1, 8 * math.ceil(2.0 * math.pi * cells / 8.0))
 
-    def left(self) -> float:
-        return self.budget - (time.perf_counter() - self.start)
+    def run(self, case: Case, seed: int = 0) -> _Run:
+        """Run to the end. Raises Diverged, and CutOff where it meets time.end."""
+        before = CLOCK()
+        try:
+            summary, out = probe(case, seed)
+        finally:
+            seconds = CLOCK() - before
+            self.spent += seconds
+        if summary.outcome == "time_limit":
+            self.book(case, None, None, seconds, "cut off by time.end")
+            raise CutOff(case, summary)
+        return _Run(case, summary, seed, out, seconds)
 
     def book(self, case: Case, value: float | None, error: float | None, seconds: float, verdict: str) -> None:
         grid = case.grid
@@ -232,323 +271,205 @@ class _Climber:
         if self.report is not None:
             self.report(rung)
 
-    def keep(self, found: _Found) -> _Found:
-        self.best = found
-        return found
+    def lost(self, case: Case, diverged: Diverged) -> None:
+        self.diverged = diverged
+        self.book(case, None, None, diverged.summary.kernel_seconds, f"diverged: {str(diverged)[:60]}")
 
-    def timed(self, case: Case, seed: int = 0) -> tuple[Summary, float]:
-        """Answer of a run and its seconds. Raises Diverged, and CutOff where it meets time.end."""
-        summary, seconds = _timed(case, seed)
-        self.check(case, summary, seconds)
-        return summary, seconds
+    def within(self, found: _Found, part: float = 1.0) -> bool:
+        """Whether an answer is within a part of the allowed error."""
+        speed, error = speed_range(found.energy, found.error)
+        return error <= part * allowed(self.tolerance, speed, self.free_fall)
 
-    def check(self, case: Case, summary: Summary, seconds: float) -> None:
-        if summary.outcome == "time_limit":
-            self.book(case, None, None, seconds, "cut off by time.end")
-            raise CutOff(case, summary)
+    def left(self) -> float:
+        return self.budget - self.spent
 
     def climb(self) -> Climb:
-        gas = level(self.case, "lumped", self.coarsest, ROUND)
-        summary, seconds = _timed(gas)
+        gas = level(self.case, "lumped", 8, 8)
+        before = CLOCK()
+        summary, _ = probe(gas)
         there = summary.outcome != "time_limit"
-        self.book(gas, speed_of(summary) if there else None, None, seconds, "no shell: for comparison only")
+        self.book(gas, speed_of(summary) if there else None, None, CLOCK() - before, "no shell: for comparison only")
         try:
-            return self.shell()
+            return self.done(self.shell())
         except CutOff as cut:
-            return self.done(_Found(cut.case, cut.summary, 0.0, math.inf), str(cut))
+            run = _Run(cut.case, cut.summary, 0, 0.0, 0.0)
+            return self.done(_Found(run, kinetic(cut.case, cut.summary), math.inf, str(cut)))
         except KeyboardInterrupt:
             if self.best is None:
                 raise
-            found = self.done(self.best, "interrupted; the best answer so far")
+            found = self.done(replace(self.best, reason="interrupted; the best answer so far"))
             raise Interrupted(replace(found, summary=replace(found.summary, outcome="interrupted"))) from None
 
-    def shell(self) -> Climb:
-        """Climb from the axisymmetric shell on."""
-        reason, found, unmoved = "only the full shell has the printed scheme", None, False
-        if self.case.model.scheme != "cell":
-            reason, unmoved = self.out_of_round()
-            found = self.axisymmetric(BESIDE if reason else 1.0, PART_UNMOVED if unmoved else 1.0)
-        if not reason:
-            if found is None:
+    def shell(self) -> _Found:
+        """The answer of the axisymmetric shell where full ones stay round, else of an ensemble of full ones."""
+        plain = None
+        if self.case.model.scheme != "cell":  # which only the full shell knows
+            plain = self.axisymmetric()
+            if plain is None:
+                assert self.diverged is not None
                 raise self.diverged
-            reason = "the full shell stays round"
-            if found.error > self.allowed(found.value) and found.grids == 3:
-                found = self.spread(found)
-        elif unmoved and found is not None and found.error <= PART_UNMOVED * self.allowed(found.value):
-            reason = f"the full shell does not stay round, but that moves the answer by {self.apart:.2g} m/s at most"
-        else:
-            settled = found is not None and found.error <= self.allowed(found.value)
-            found = self.full(found.value if found is not None and settled else None)
-        within = found.error <= self.allowed(found.value)
-        return self.done(found, f"{reason}{', and ' if within else '; '}{self.in_words(found, within)}")
+        full = self.screen()
+        if plain is not None and all(run.out_of_round <= OUT_OF_ROUND for run in full):
+            return self.beside(plain, full)
+        return self.ensemble(full)
 
-    def axisymmetric(self, part: float, share: float) -> _Found | None:
-        """Double the grid until answers settle, index of three grids, or until a part of the budget left is used.
-
-        share: of the allowed error that is to be met. None where all diverge.
-        """
-        found: list[Summary] = []
-        cells, best = self.coarsest, None
-        for _ in range(DOUBLINGS + 1):
-            case = level(self.case, "axisymmetric", cells, ROUND)
-            started = time.perf_counter()
-            try:
-                summary, last = self.timed(case)
-            except Diverged as diverged:
-                last = self.lost(case, diverged, started)
-                found.clear()
-            else:
-                found.append(summary)
-                value = speed_of(summary)
-                if len(found) < 3:
-                    self.book(case, value, None, last, "three grids are wanted for an error")
-                    best = self.keep(_Found(case, summary, value, math.inf))
-                else:
-                    best = self.keep(self.settled(case, found[-3:], share))
-                    within = best.error <= share * self.allowed(value)
-                    self.book(case, value, best.error, last, "within the tolerance" if within else "not settled")
-                    if within:
-                        return best
-            if 10.0 * last > part * self.left():
+    def axisymmetric(self) -> _Found | None:
+        """Refine until grids beside one another agree to a part of the allowed error; None where all diverge."""
+        runs: list[_Run] = []
+        found, cells, last = None, list(CELLS), 0.0
+        while len(runs) < NEIGHBOURS or (found is not None and not self.within(found, PART)):
+            if not cells:
+                cells.append(FINER * runs[-1].cells * self.radius / self.case.shell.height)
+            case = self.at("axisymmetric", cells.pop(0))
+            if COSTLIER["axisymmetric"] * last > 0.25 * self.left() or case.grid.generatrix > 10_000:
                 break
-            cells *= 2
-        return best
-
-    def lost(self, case: Case, diverged: Diverged, started: float) -> float:
-        """Book a run that diverged. Returns its seconds."""
-        self.diverged = diverged
-        seconds = time.perf_counter() - started
-        self.book(case, None, None, seconds, f"diverged: {str(diverged)[:60]}")
-        return seconds
-
-    def settled(self, case: Case, summaries: Sequence[Summary], share: float) -> _Found:
-        """Answer and error of the finest of three grids; two grids beside it tell whether it is an accident of the grid."""
-        value = speed_of(summaries[-1])
-        error = _estimate(summaries, "impact_velocity").error
-        stalled = math.isinf(error)
-        if error + self.apart <= share * self.allowed(value):
-            cells = case.grid.generatrix
-            for beside in (round(0.85 * cells), round(0.93 * cells)):
-                try:
-                    summary, _ = self.timed(level(self.case, "axisymmetric", max(beside, self.least), ROUND))
-                except Diverged:
-                    error = math.inf
-                else:
-                    error = max(error, abs(speed_of(summary) - value))
-        peaks = {name: _estimate(summaries, name).error for name in PEAKS if getattr(summaries[-1], name) is not None}
-        return _Found(case, summaries[-1], value, error + self.apart, peaks, 3, stalled)
-
-    def spread(self, best: _Found) -> _Found:
-        """The answer of an ensemble: disturbed shells on grids about the finest that the budget allows several times.
-
-        The error is their spread and by how much their mean is off the finest shell, best.
-        """
-        cells = best.case.grid.generatrix
-        cost = self.rungs[-1].seconds
-        while 12.0 * cost > max(self.left(), 1.0) and cells > 2 * self.coarsest:
-            cells //= 2
-            cost /= 8.0
-        started = time.perf_counter()
-        runs = []
-        for seed, share in enumerate((0.8, 0.85, 0.9, 0.95, 1.0, 1.05, 1.1, 1.15, 1.2)):
-            case = level(self.case, "axisymmetric", max(round(share * cells), self.least), ROUND)
             try:
-                runs.append((case, self.timed(case, seed + 1)[0]))
+                runs.append(self.run(case))
             except Diverged as diverged:
-                self.lost(case, diverged, started)
-                return best
-        found = self.ensemble(runs)
-        error = found.error + abs(found.value - best.value) + self.apart
-        within = error <= self.allowed(found.value)
-        verdict = f"mean of {len(runs)} disturbed shells on grids about this one" + ("" if within else "; they do not agree")
-        seconds = time.perf_counter() - started
-        self.book(level(self.case, "axisymmetric", cells, ROUND), found.value, error, seconds, verdict)
-        peaks = {name: found.peaks[name] + abs(found.means[name] - getattr(best.summary, name)) for name in found.peaks}
-        return self.keep(replace(found, error=error, peaks=peaks, stalled=best.stalled))
+                self.lost(case, diverged)
+                break
+            last = runs[-1].seconds
+            found = self.best = self.settled(runs[-NEIGHBOURS:])
+            if len(runs) >= NEIGHBOURS:
+                speed, error = speed_range(found.energy, found.error)
+                verdict = "grids beside it agree" if self.within(found, PART) else "grids beside it do not agree yet"
+                self.book(case, speed, error, last, verdict)
+        return found
 
-    def ensemble(self, runs: Sequence[tuple[Case, Summary]]) -> _Found:
-        """Means of disturbed runs, seeds from 1 on, and twice their standard deviations; the member nearest the mean."""
-        values = [speed_of(summary) for _, summary in runs]
-        mean = statistics.mean(values)
-        nearest = min(range(len(runs)), key=lambda member: abs(values[member] - mean))
-        case, summary = runs[nearest]
-        peaks = {name: [getattr(one, name) for _, one in runs] for name in PEAKS if getattr(summary, name) is not None}
+    def settled(self, runs: Sequence[_Run]) -> _Found:
+        """Answer of the finest of grids beside one another, and how far it is from what they tend to."""
+        finest = max(runs, key=lambda run: run.cells)
+        energy = kinetic(finest.case, finest.summary)
+        if len(runs) < NEIGHBOURS:
+            return _Found(finest, energy, math.inf, f"{len(runs)} grids are no error bar")
+        cells = [run.cells for run in runs]
+        error = estimate_of_neighbours(cells, [kinetic(run.case, run.summary) for run in runs]).error
+        peaks = {
+            name: estimate_of_neighbours(cells, [getattr(run.summary, name) for run in runs]).error
+            for name in PEAKS
+            if getattr(finest.summary, name) is not None
+        }
+        return _Found(finest, energy, error, f"the axisymmetric shell on {len(runs)} grids beside one another", peaks)
+
+    def screen(self) -> list[_Run]:
+        """Disturbed full shells on a coarse grid, and on a finer one where the first lets the disturbance grow and time allows."""
+        runs: list[_Run] = []
+        for cells, seed in ((SCREEN, 1), (SCREEN, 3), (FINE, 1)):
+            case = self.at("full", cells)
+            if runs and runs[-1].out_of_round > OUT_OF_ROUND:
+                break
+            if cells == FINE and runs and COSTLIER["full"] * runs[-1].seconds > self.left():
+                break
+            try:
+                run = self.run(case, seed)
+            except Diverged as diverged:
+                self.lost(case, diverged)
+                continue
+            runs.append(run)
+            grown = f"{SEEDS[(seed - 1) % len(SEEDS)]:g} R grows to {run.out_of_round:.2g} R"
+            word = "not round" if run.out_of_round > OUT_OF_ROUND else "round"
+            self.book(case, speed_of(run.summary), None, run.seconds, f"{word}: a disturbance of {grown}")
+        return runs
+
+    def beside(self, plain: _Found, full: Sequence[_Run]) -> _Found:
+        """The answer of the axisymmetric shell; its error takes up how far full shells are off it on their own grids."""
+        apart, peaks = 0.0, dict(plain.peaks)
+        for run in full:
+            twin = self.run(level(self.case, "axisymmetric", run.cells, run.case.grid.hoop))
+            apart = max(apart, abs(kinetic(run.case, run.summary) - kinetic(twin.case, twin.summary)))
+            for name in peaks:
+                peaks[name] += abs(getattr(run.summary, name) - getattr(twin.summary, name)) / len(full)
+        reason = f"{plain.reason}; full shells stay round"
+        if not full:
+            return replace(plain, error=math.inf, reason=f"{plain.reason}; no full shell reaches its end beside it")
+        found = self.best = replace(plain, error=plain.error + apart, peaks=peaks, reason=reason)
+        if not self.within(found):
+            found.reason += ", but their disturbances move the answer" if apart > plain.error else ", the budget is used up"
+        return found
+
+    def ensemble(self, screened: Sequence[_Run]) -> _Found:
+        """The mean of disturbed full shells, on a finer grid as well where the budget allows several there."""
+        found, longest = None, 0.0
+        for cells in (SCREEN, FINE):
+            case = self.at("full", cells)
+            members = [run for run in screened if run.cells == case.grid.generatrix]
+            longest = max([longest * COSTLIER["full"], *(run.seconds for run in members)])
+            if cells == FINE and len(SEEDS) * longest > self.left():
+                break
+            more = cells == SCREEN and (1.0 + COSTLIER["full"]) * len(SEEDS) * longest < self.left()  # a finer grid is to follow
+            part, before = (0.4 if more else 1.0) * self.left(), self.spent
+            for seed in range(1, MEMBERS + 1):
+                enough = len(members) >= len(SEEDS) and found is not None and self.within(found) and cells == FINE
+                if enough or (len(members) > 1 and self.spent - before + longest > part):
+                    break
+                if any(run.seed == seed for run in members):
+                    continue
+                try:
+                    members.append(self.run(case, seed))
+                except Diverged as diverged:
+                    self.lost(case, diverged)
+                    continue
+                longest = max(run.seconds for run in members)
+                if len(members) > 1:
+                    found = self.best = self.mean(members, found)
+            if found is not None and len(members) > 1:
+                speed, error = speed_range(found.energy, found.error)
+                word = "within the tolerance" if self.within(found) else "they do not agree to it"
+                self.book(case, speed, error, self.spent - before, f"mean of {len(members)} shells: {word}")
+        if found is None:
+            if not screened:
+                assert self.diverged is not None
+                raise self.diverged
+            one = screened[-1]
+            found = _Found(one, kinetic(one.case, one.summary), math.inf, "one full shell is no ensemble")
+        return found
+
+    def mean(self, members: Sequence[_Run], coarser: _Found | None) -> _Found:
+        """Mean of shells of a grid, with what another drop may differ from it and by how much a coarser grid's mean is off."""
+        energies = [kinetic(run.case, run.summary) for run in members]
+        energy, error = prediction(energies)
+        if coarser is not None and coarser.run.cells != members[0].cells:
+            error = max(error, abs(coarser.energy - energy))
+        nearest = min(members, key=lambda run: abs(kinetic(run.case, run.summary) - energy))
+        values = {
+            name: [getattr(run.summary, name) for run in members] for name in PEAKS if getattr(nearest.summary, name) is not None
+        }
+        bars = {name: prediction(those) for name, those in values.items()}
+        speeds = [speed_of(run.summary) for run in members]
+        sizes = [SEEDS[(run.seed - 1) % len(SEEDS)] for run in members]
+        grid = nearest.case.grid
         return _Found(
-            case,
-            summary,
-            mean,
-            2.0 * statistics.stdev(values),
-            {name: 2.0 * statistics.stdev(those) for name, those in peaks.items()},
-            seed=nearest + 1,
-            means={name: statistics.mean(those) for name, those in peaks.items()},
+            nearest,
+            energy,
+            error,
+            f"{len(members)} full shells of {grid.generatrix} x {grid.hoop} cells that do not stay round",
+            {name: bar for name, (_, bar) in bars.items()},
+            {name: middle for name, (middle, _) in bars.items()},
+            Ensemble(len(members), min(speeds), max(speeds), min(sizes), max(sizes)),
         )
 
-    def out_of_round(self) -> tuple[str, bool]:
-        """Ask the full shell, disturbed, whether it stays round: why it does not, "" if it does, errors then take up its move.
-
-        A coarse grid may hide what a finer one shows: if it lets the disturbance grow much, twice as fine a grid is asked. Also
-        returns whether the answer of a shell that does not stay round is that of a round one nevertheless.
-        """
-        cells = max(PROBE, self.coarsest)
-        for n1 in (cells, 2 * cells):
-            case = self.whole(n1)
-            started = time.perf_counter()
-            reason, part = self.not_round(case)
-            seconds = time.perf_counter() - started
-            if reason:
-                return reason, n1 == cells and OUT_OF_ROUND < part < math.inf and self.unmoved(cells, seconds)
-            if part <= DOUBTFUL * SEEDS[0]:
-                break
-            if n1 == cells and FINER * seconds > self.left():
-                return "whether the shell stays round takes a finer grid than the budget allows", False
-        return "", False
-
-    def whole(self, cells: int) -> Case:
-        """The full shell on a grid. The kernel of a large one is another to compile, which is no cost of a rung."""
-        case = level(self.case, "full", cells, 2 * cells)
-        if in_halves(cells, 2 * cells):
-            started = time.perf_counter()
-            compile_kernels(kernels_of([case]))
-            self.start += time.perf_counter() - started
-        return case
-
-    def not_round(self, case: Case) -> tuple[str, float]:
-        """Say why a full shell is not round, "" if it is; and how far it gets out of round, over the radius."""
-        cells = case.grid.generatrix
-        started = time.perf_counter()
-        try:
-            probed, lopsided = probe(case)
-            seconds = time.perf_counter() - started
-            self.check(case, probed, seconds)
-            twin, _ = self.timed(level(self.case, "axisymmetric", cells, 2 * cells))
-        except Diverged as diverged:
-            self.lost(case, diverged, started)
-            return "the shell diverges on a coarse grid", math.inf
-        value = speed_of(probed)
-        self.apart = abs(value - speed_of(twin))
-        part = lopsided / (0.5 * self.case.shell.diameter)
-        grown = f"a disturbance of {SEEDS[0]:g} R grows to {lopsided * 1e3:.2g} mm and moves the answer by {self.apart:.2g} m/s"
-        if part > OUT_OF_ROUND:
-            self.book(case, value, None, seconds, f"not round: {grown}")
-            return "the shell does not stay round", part
-        if self.apart > self.allowed(value):
-            self.book(case, value, None, seconds, f"touchy: {grown}")
-            return "the shell stays round, but what sewing leaves moves its answer by more than the tolerance", part
-        self.book(case, value, None, seconds, f"round: {grown}")
-        return "", part
-
-    def unmoved(self, cells: int, seconds: float) -> bool:
-        """Whether full shells that lose their symmetry answer as the axisymmetric one: every seed, and one on a finer grid.
-
-        Within half the part of the allowed error that they and the grid may take up together. seconds: of one such shell.
-        """
-        allowed = 0.5 * PART_UNMOVED * self.allowed(self.rungs[-1].impact_velocity or 0.0)
-        for n1, seed in ((cells, 2), (cells, 3), (cells, 4), (2 * cells, 1)):
-            if self.apart > allowed or (seconds if n1 == cells else FINER * seconds) > self.left():
-                return False
-            case = self.whole(n1)
-            started = time.perf_counter()
-            try:
-                summary, _ = self.timed(case, seed)
-                twin, _ = self.timed(level(self.case, "axisymmetric", n1, 2 * n1))
-            except Diverged as diverged:
-                self.lost(case, diverged, started)
-                return False
-            value = speed_of(summary)
-            apart = abs(value - speed_of(twin))
-            verdict = f"a disturbance of {SEEDS[seed - 1]:g} R moves the answer by {apart:.2g} m/s"
-            self.book(case, value, None, time.perf_counter() - started, verdict)
-            self.apart = max(self.apart, apart)
-            allowed = 0.5 * PART_UNMOVED * self.allowed(value)
-        return self.apart <= allowed
-
-    def full(self, settled: float | None) -> _Found:
-        """Refine ensembles of disturbed full shells: the error is their spread and that of the grid.
-
-        The latter is by how much the mean moved over the last two of three grids, which at second order and refinement by 1.5
-        is the index of `convergence`: two grids may agree by accident. settled: answer (m/s) of the axisymmetric shell where it
-        has one. A grid on which that shell is off by more has not resolved the scene, however well full shells agree on it.
-        """
-        cells = float(max(24, self.coarsest))
-        found: list[_Found] = []
-        best = None
-        while True:
-            n1 = round(cells)
-            case = self.whole(n1)
-            runs, started = [], time.perf_counter()
-            for seed in range(len(SEEDS)):
-                try:
-                    runs.append((case, self.timed(case, seed + 1)[0]))
-                except Diverged as diverged:
-                    self.diverged = diverged
-            seconds = time.perf_counter() - started
-            if len(runs) < len(SEEDS):
-                self.book(case, None, None, seconds, f"{len(SEEDS) - len(runs)} of {len(SEEDS)} diverged")
-            else:
-                found = [*found[-2:], self.ensemble(runs)]
-                best = self.keep(self.of_grids(case, found, settled))
-                scatter, allowed = found[-1].error, self.allowed(best.value)
-                within = best.error <= allowed
-                far = f", grid ±{best.error - scatter:.2g} m/s" if best.grids == 3 else "; three grids are wanted"
-                word = "within the tolerance" if within else f"spread ±{scatter:.2g} m/s{far}"
-                self.book(case, best.value, best.error if math.isfinite(best.error) else None, seconds, word)
-                if within or (best.stalled and best.error < 2.0 * scatter):
-                    return best
-            if STEPPED**3.5 * seconds > self.left():
-                break
-            cells *= STEPPED
-        if best is None:
-            raise self.diverged
-        return best
-
-    def of_grids(self, case: Case, found: Sequence[_Found], settled: float | None) -> _Found:
-        """The finest of up to three ensembles, with the error of the grid."""
-        last = found[-1]
-        if len(found) < 3:
-            return replace(last, error=math.inf, peaks=dict.fromkeys(last.peaks, math.inf), grids=len(found))
-        moved = max(abs(b.value - a.value) for a, b in pairwise(found))
-        peaks = {
-            name: last.peaks[name] + max(abs(b.means[name] - a.means[name]) for a, b in pairwise(found)) for name in last.peaks
-        }
-        stalled = last.error > max(self.allowed(last.value), STALLED * found[0].error)
-        return replace(last, error=last.error + max(moved, self.unresolved(case, settled)), peaks=peaks, grids=3, stalled=stalled)
-
-    def unresolved(self, case: Case, settled: float | None) -> float:
-        """By how much the axisymmetric shell on the grid of a case is off its settled answer (m/s)."""
-        if settled is None:
-            return 0.0
-        try:
-            summary, _ = self.timed(level(self.case, "axisymmetric", case.grid.generatrix, case.grid.hoop))
-        except Diverged:
-            return math.inf
-        return abs(speed_of(summary) - settled)
-
-    def in_words(self, found: _Found, within: bool) -> str:
-        if within and not found.stalled:
-            return "the answer is within the tolerance"
-        if found.stalled:
-            better = f" better than ±{found.error:.2g} m/s" if math.isfinite(found.error) else ""
-            allows = " (the tolerance allows that)" if within else ""
-            word = "viscosity, damping of the gas or narrower belts would"
-            return f"this scene does not determine the impact velocity{better} on the grids tried; {word}{allows}"
-        return "the budget does not reach the tolerance"
-
-    def done(self, found: _Found, reason: str) -> Climb:
-        base = found.summary
-        impact = found.value if base.impact_velocity is not None else None
-        if found.seed:
-            reason += f"; all but velocity and peaks is of the run nearest the mean, {speed_of(base):.4g} m/s"
+    def done(self, found: _Found) -> Climb:
+        base, run = found.run.summary, found.run
+        speed, error = speed_range(found.energy, found.error)
+        within = self.within(found)
+        reason = found.reason
+        if found.ensemble is not None:
+            reason += f"; all but velocity and peaks is of the one nearest the mean, {speed_of(base):.4g} m/s"
+            if not within:
+                reason += "; this scene does not determine the impact velocity better"
+        impact = speed if found.energy > 0.0 else None
         summary = replace(
             _with_means(base, found.means),
             impact_velocity=impact,
             velocity_reduction=None if impact is None else base.free_fall_velocity - impact,
-            impact_velocity_error=found.error if math.isfinite(found.error) else None,
-            peak_errors={name: error if math.isfinite(error) else None for name, error in found.peaks.items()},
+            impact_velocity_error=error if math.isfinite(error) else None,
+            peak_errors={name: bar if math.isfinite(bar) else None for name, bar in found.peaks.items()},
             fidelity_reason=reason,
             ladder=self.rungs,
-            wall_seconds=time.perf_counter() - self.start,
+            ensemble=found.ensemble,
+            wall_seconds=time.perf_counter() - self.started,
         )
-        return Climb(found.case, summary, found.seed)
+        return Climb(run.case, summary, run.seed)
 
 
 def _with_means(summary: Summary, means: dict[str, float]) -> Summary:
@@ -568,84 +489,59 @@ def _with_means(summary: Summary, means: dict[str, float]) -> Summary:
     return replace(summary, peaks=peaks, **means, **margins)  # type: ignore[arg-type]
 
 
-def companions(case: Case) -> list[Summary]:
-    """Answers on grids 2.25 and 1.5 times as coarse both ways. ValueError where a grid is too coarse for that."""
+def neighbours(case: Case) -> list[Summary]:
+    """Answers on coarser grids, 0.57 to 0.83 as many cells both ways. ValueError where a grid is too coarse for that."""
     coarser = []
-    for ratio in (2.25, 1.5):
-        n1, hoop = round(case.grid.generatrix / ratio), round(case.grid.hoop / ratio)
+    for ratio in RATIOS:
+        n1, hoop = round(case.grid.generatrix * ratio), round(case.grid.hoop * ratio)
         sector = case.model.sector
         if sector is not None:
-            sector = max(round(sector / ratio), 1)
+            sector = max(round(sector * ratio), 1)
             hoop = sector * (case.grid.hoop // (case.model.sector or 1))
         if n1 < 4 or hoop < 8:
             raise ValueError(f"a grid of {case.grid.generatrix} x {case.grid.hoop} cells is too coarse for an error bar")
         grid = replace(case.grid, generatrix=n1, hoop=hoop)
-        coarser.append(_timed(replace(case, grid=grid, model=replace(case.model, sector=sector)))[0])
+        coarser.append(probe(replace(case, grid=grid, model=replace(case.model, sector=sector)))[0])
     return coarser
 
 
-def _with_error_bar(summary: Summary, coarser: Sequence[Summary]) -> Summary:
-    """The answer with the errors that its coarser companions show."""
+def _with_error_bar(case: Case, summary: Summary, coarser: Sequence[Summary]) -> Summary:
+    """The answer with the errors that its coarser neighbours show."""
     runs = [*coarser, summary]
-    ratio = refinement(runs)
-    velocity = _estimate(runs, "impact_velocity", ratio)
-    peaks = {name: _estimate(runs, name, ratio).error for name in PEAKS if getattr(summary, name) is not None}
-    outcomes = {run.outcome for run in runs}
-    if math.isfinite(velocity.error):
-        order = "no observed order" if velocity.order is None else f"observed order {velocity.order:.2g}"
-        reason = f"grid convergence index of three grids, {order}"
-    elif "time_limit" in outcomes:
-        reason = "no error bar: a run ends before impact; raise time.end"
-    elif len(outcomes) > 1:
-        reason = "no error bar: the cargo meets the ground on some of three grids only"
-    else:
-        reason = "no error bar: differences between three grids do not fall as they should"
-    return replace(
-        summary,
-        impact_velocity_error=velocity.error if math.isfinite(velocity.error) else None,
-        peak_errors={name: error if math.isfinite(error) else None for name, error in peaks.items()},
-        fidelity_reason=reason,
-    )
+    if any(run.outcome == "time_limit" for run in runs):
+        return replace(summary, fidelity_reason="no error bar: a run ends before impact; raise time.end")
+    cells = [run.model.generatrix for run in runs]
+    found = estimate_of_neighbours(cells, [kinetic(case, run) for run in runs])
+    _, error = speed_range(found.value, found.error)
+    peaks = {
+        name: estimate_of_neighbours(cells, [getattr(run, name) for run in runs]).error
+        for name in PEAKS
+        if getattr(summary, name) is not None
+    }
+    order = "no clear order" if found.order is None else f"order {found.order:g}"
+    reason = f"four grids beside one another, {order}; of the grid alone"
+    return replace(summary, impact_velocity_error=error, peak_errors=dict(peaks), fidelity_reason=reason)
 
 
-def refinement(runs: Sequence[Summary]) -> float:
-    """Least refinement from one grid to the next, as rounded: the bars are the larger for it."""
-    return min(
-        min(fine.model.generatrix / coarse.model.generatrix, fine.model.hoop / coarse.model.hoop)
-        for coarse, fine in pairwise(runs)
-    )
+def probe(case: Case, seed: int = 0) -> tuple[Summary, float]:
+    """Return the answer of a case, its places disturbed if there is a seed, 1 and up; and how far it got out of round, over the radius.
 
-
-def _timed(case: Case, seed: int = 0) -> tuple[Summary, float]:
-    """Run a case without a file, its places disturbed if there is a seed, 1 and up. Returns its answer and the seconds."""
-    started = time.perf_counter()
+    Raises Diverged, and KeyboardInterrupt at Ctrl-C.
+    """
     falling = Drop(case)
     if seed:
         falling.disturb(disturbance(case, seed), seed)
-    summary = falling.run(None, None)
-    if summary.outcome == "interrupted":
-        raise KeyboardInterrupt
-    return summary, time.perf_counter() - started
-
-
-def probe(case: Case) -> tuple[Summary, float]:
-    """Answer of a disturbed full shell, and how far it got out of round (m). Raises Diverged."""
-    falling = Drop(case)
-    falling.disturb(disturbance(case, 1), 1)
+    if case.model.fidelity != "full":
+        summary = falling.run(None, None)
+        if summary.outcome == "interrupted":
+            raise KeyboardInterrupt
+        return summary, 0.0
     largest, outcome = 0.0, Outcome.RUNNING
     interval = case.shell.height / case.cargo.velocity / SHOTS
     while outcome == Outcome.RUNNING:
         due = falling.now(History.TIME) + interval
         while outcome == Outcome.RUNNING and falling.now(History.TIME) < due:
-            _, outcome = falling.advance(due)
+            _, outcome = falling.advance(due, falling.most)
         if outcome == Outcome.RUNNING:  # at the end all is crushed
             largest = max(largest, falling.lopsided())
-    return falling.finish(outcome), largest
-
-
-def _estimate(summaries: Sequence[Summary], name: str, ratio: float = 2.0) -> Estimate:
-    """Error of the finest of three; no bound where they end otherwise. A cargo that stops has an impact velocity of 0."""
-    coarse, medium, fine = (getattr(summary, name) or 0.0 for summary in summaries)
-    if len({summary.outcome for summary in summaries}) > 1 or summaries[-1].outcome == "time_limit":
-        return Estimate(fine, None, None, math.inf, False)
-    return estimate(coarse, medium, fine, ratio)
+    return falling.finish(outcome), largest / (0.5 * case.shell.diameter)

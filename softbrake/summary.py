@@ -98,6 +98,17 @@ class Rung:
 
 
 @dataclass(frozen=True)
+class Ensemble:
+    """Drops behind a mean, alike but for how little their shells are out of round at the start."""
+
+    members: int
+    least: float  # m/s, impact velocity; 0 of one that stops above the ground
+    most: float  # m/s
+    smallest: float  # disturbance of the places over the radius, standard deviation
+    largest: float
+
+
+@dataclass(frozen=True)
 class Inflation:
     """Shell at rest under a held cover, SI units."""
 
@@ -179,3 +190,4 @@ class Summary:
     sensitivity: Sensitivities | None = None  # where it was asked for
     filtered: FilteredPeaks | None = None  # None where no result file was written, and in older ones
     doubt: str | None = None  # see doubt_of
+    ensemble: Ensemble | None = None  # where velocity and peaks are means
