@@ -25,7 +25,7 @@ TINY = 1e-12  # of the radius
 SEWN = 1e-3
 INTERVAL = 5e-4  # s, between looks
 BELTS = {"no belts": "belts.count=0", "belts 1 mm": "belts.width=1 mm", "belts 16.667 mm": "belts.width=16.667 mm"}
-SLACK = {"cut": "tab:blue", "wrinkle": "tab:green", "compression": "tab:red"}
+SLACK = {"cut": "tab:blue", "tension field": "tab:green", "compression": "tab:red"}
 SHEAR = {"0": 1.8, "2 % of E": 0.8}  # G12: width of its line
 DAMPING = {"0": "-", "0.0005": "--"}  # s/m: style of its line
 CONTACT = {"cover and cargo": "contact=[ground, cover, cargo]", "as in the paper": "contact=paper"}
@@ -56,7 +56,8 @@ class Growth(NamedTuple):
 
 def scene(belts: str, slack: str, shear: str, damping: str, contact: str) -> Case:
     """Return the paper's drop with these choices."""
-    choices = [BELTS[belts], f"fabric.slack={slack}", f"pressure.damping={damping}", CONTACT[contact]]
+    fabric = "fabric.law=tension_field" if slack == "tension field" else f"fabric.slack={slack}"
+    choices = [BELTS[belts], fabric, f"pressure.damping={damping}", CONTACT[contact]]
     return softbrake.load_case(CONFIGS / "paper.yaml", [*choices, f"fabric.G12={'400' if shear != '0' else '0'}"])
 
 

@@ -48,18 +48,6 @@ class Ring(NamedTuple):
         """Stretch λ at times from the start."""
         return self.static - (self.static - 1.0) * np.cos(2.0 * pi * self.frequency * time)
 
-    def polygon(self, columns: int) -> "Ring":
-        """The ring of `columns` straight edges, its mass in the corners.
-
-        Let s = sin(π/n), c = cos(π/n). A corner at radius r = λR has the mass ρ 2Rs, two edges of length 2rs pull it inwards
-        by T22 s each, and the pressure on half of each edge, along the edge's normal, pushes it outwards by p rs c each:
-
-            ρ 2Rs (R λ'') = 2 p λR s c - 2 E'(λ - 1) s
-
-        which is the ring above with p cos(π/n) for p.
-        """
-        return self._replace(pressure=self.pressure * cos(pi / columns))
-
     def damped(self, time: Floats, viscosity: float = 0.0, aerodynamic: float = 0.0, substeps: int = 5) -> Floats:
         """Stretch at increasing times from 0, with the viscous tension viscosity λ' (N s/m) and the pressure of (2.11).
 

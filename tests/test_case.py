@@ -14,7 +14,7 @@ import pytest
 import yaml
 
 from softbrake.case import Belt, Case, CaseError, case_to_dict, load_case, parse_case, schema, starter
-from softbrake.keys import SECTIONS, TOP
+from softbrake.keys import SECTIONS, SHEAR, TOP
 from softbrake.units import Dimension, parse_quantity
 
 CONFIGS = sorted((Path(__file__).parent.parent / "configs").glob("*.yaml"))
@@ -113,8 +113,8 @@ def test_defaults() -> None:
     assert got.title == "f"
     assert got.gravity == 9.80665
     assert (got.fabric.E11, got.fabric.E22, got.fabric.viscosity) == (20000.0, 20000.0, 0.2)
-    assert (got.fabric.nu12, got.fabric.nu21, got.fabric.G12) == (0, 0, 0)
-    assert (got.fabric.law, got.fabric.slack) == ("true_tension", "cut")
+    assert (got.fabric.nu12, got.fabric.nu21, got.fabric.G12) == (0, 0, SHEAR * 20000)
+    assert (got.fabric.law, got.fabric.slack) == ("tension_field", "cut")
     assert got.belts == ()
     assert got.pressure.damping == 0
     assert (got.grid.generatrix, got.grid.hoop, got.model.scheme) == (36, 90, "edge")
@@ -126,6 +126,16 @@ def test_defaults() -> None:
     assert got.output.snapshot_interval == pytest.approx(1 / 150)
     assert (got.output.history_interval, got.output.cfc) == (1, 180)
     assert case("time: {end: 0.3 s}\n").output.snapshot_interval == pytest.approx(0.002)
+
+
+def test_either_of_poissons_ratios_follows_from_the_other() -> None:
+    """nu12 E11 = nu21 E22, both given or one; shear is a part of the softer modulus."""
+    unequal = ("fabric.E11=40 kN/m", "fabric.E22=10 kN/m")
+    for given in (["nu12=0.1"], ["nu21=0.4"], ["nu12=0.1", "nu21=0.4"], ["nu12=0.1", "nu21=0.4003"]):
+        got = case("", *unequal, *(f"fabric.{ratio}" for ratio in given)).fabric
+        assert (got.nu12, got.nu21) == pytest.approx((0.1, 0.4), rel=1e-12)
+    assert case("", *unequal).fabric.G12 == SHEAR * 10000
+    assert case("", *unequal, "fabric.G12=0").fabric.G12 == 0
 
 
 def test_yaml_1_2_scalars() -> None:
@@ -355,21 +365,40 @@ def test_fault_in_another_section(section: str, message: str) -> None:
             "",
             ["2:1: fabric: missing 'damping_ratio' or 'viscosity'; for instance 'damping_ratio: 3 %'"],
         ),
-        ("E: 20 kN/m", "E: 1\n  nu21: 2\n  nu12: 0.5", ["5:3: fabric.nu12: nu12*nu21 = 1; a product < 1 is wanted"]),
+        ("E: 20 kN/m", "E11: 1\n  E22: 4\n  nu12: 2", ["5:3: fabric.nu12: nu12*nu21 = 1; a product < 1 is wanted"]),
+        ("E: 20 kN/m", "E11: 1\n  E22: 4\n  nu21: 0.6", ["5:3: fabric.nu21: nu12*nu21 = 1.44; a product < 1 is wanted"]),
         ("E: 20 kN/m", "E: 1\n  nu12: -0.1", ["4:9: fabric.nu12: -0.1 is out of range; a ratio >= 0 such as '0.25' is wanted"]),
         (
             "E: 20 kN/m",
             "E: 1\n  G12: -1",
-            ["4:8: fabric.G12: -1 is out of range; a force per length >= 0 such as '0 N/m' is wanted"],
+            ["4:8: fabric.G12: -1 is out of range; a force per length >= 0 such as '1 kN/m' is wanted"],
         ),
-        ("E: 20 kN/m", "E: 1\n  slack: no", ["4:10: fabric.slack: unknown value 'no'; cut or wrinkle or compression is wanted"]),
+        ("E: 20 kN/m", "E: 1\n  slack: no", ["4:10: fabric.slack: unknown value 'no'; cut or compression is wanted"]),
         (
             "E: 20 kN/m",
-            "law: nominal_tension\n  E11: 20 kN/m\n  E22: 10 kN/m\n  nu12: 0.2\n  nu21: 0.2",
-            [
-                "7:3: fabric.nu21: nu12*E11 = 4000 N/m is not nu21*E22 = 2000 N/m, so nominal_tension has no potential; "
-                "nu21: 0.4 or law: true_tension is wanted"
-            ],
+            "law: TEXT\n  E: 1",
+            ["3:8: fabric.law: unknown value 'TEXT'; tension_field or nominal_tension or true_tension is wanted"],
+        ),
+        *(
+            (
+                "E: 20 kN/m",
+                f"law: {law}\n  E11: 20 kN/m\n  E22: 10 kN/m\n  nu12: 0.2\n  nu21: 0.2",
+                [
+                    "7:3: fabric.nu21: nu12*E11 = 4000 N/m is not nu21*E22 = 2000 N/m, so there is no elastic energy; "
+                    "nu21: 0.4, or one of nu12 and nu21 alone is wanted"
+                ],
+            )
+            for law in ("tension_field", "nominal_tension", "true_tension")
+        ),
+        (
+            "E: 20 kN/m",
+            "E: 1\n  slack: compression",
+            ["4:3: fabric.slack: a tension field carries no compression; slack: cut, or law: nominal_tension is wanted"],
+        ),
+        (
+            "E: 20 kN/m",
+            "slack: compression\n  law: tension_field\n  E: 1",
+            ["4:3: fabric.law: a tension field carries no compression; slack: cut, or law: nominal_tension is wanted"],
         ),
         # pressure
         ("law: constant", "law: constnt", ["7:17: pressure.law: unknown value 'constnt'; constant or sine or table is wanted"]),

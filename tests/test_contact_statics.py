@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from exact import Floats, Membrane, pressed_shell, stadium
 from numba import uint64
-from test_energy import fitted_order, places_of_ledger, stored_energy, volume
+from test_energy import fitted_order, gas_volume, stored_energy
 
 from softbrake.build import build_model, build_state, build_sweep, grid_view
 from softbrake.case import load_case
@@ -66,7 +66,7 @@ def squeeze(model, state, sweep, start, end, lowering, steps, dt):
         clear_forces(g, FIRST, n2)
         clear_forces(g, node, n2)
         update_edge_forces(g, h, force, node, FIRST, node, n2)
-        update_damped_pressure(model.pressure, model.pressure.value, nodes, area, gas, node, n2)
+        update_damped_pressure(model.pressure, model.pressure.value * model.sector.gas, nodes, area, gas, node, n2)
         push_row(nodes, force, area, gas, sweep.mean, work, by_column, contact, course, mass, node, FIRST, n2)
         press_row(nodes, force, area, gas, sweep.mean, work, by_column, contact, course, mass, node, FIRST, n2)
 
@@ -81,7 +81,7 @@ class Tube(NamedTuple):
     width_plate: float  # m, between the outermost nodes that touch
     width_ground: float  # m
     edge: float  # m, between two nodes, longest
-    area: float  # m^2, of the cross-section
+    area: float  # m^2, of the cross-section, with that between chords and arcs
 
 
 def squeezed(stiffness: float, gap: float, columns: int) -> Tube:
@@ -97,7 +97,7 @@ def squeezed(stiffness: float, gap: float, columns: int) -> Tube:
     nodes.x[:], nodes.y[:], nodes.z[:], nodes.w[:] = x, y, z, 0.0
     dt = 0.7 * stable_step(model, nodes, sweep)
     squeeze(model, state, sweep, 2 * RADIUS, gap, int(0.02 / dt), int(0.08 / dt), dt)
-    per_length = 1 / (dt * model.fabric.h1)
+    per_length = model.sector.copies / (dt * model.fabric.h1)
     impulses = sweep.by_column.on_cargo[:columns], sweep.by_column.impulse[:columns]
     x, z = grid_view(nodes.x, model)[1], grid_view(nodes.z, model)[1]
     right, above = np.roll(x, -1), np.roll(z, -1)
@@ -108,7 +108,7 @@ def squeezed(stiffness: float, gap: float, columns: int) -> Tube:
         np.abs(tension - tension.mean()).max(),
         *(np.ptp(x[impulse > 0.0]) for impulse in impulses),
         np.hypot(right - x, above - z).max(),
-        0.5 * abs(np.sum(x * above - z * right)),
+        model.sector.copies * model.sector.gas * 0.5 * abs(np.sum(x * above - z * right)),
     )
 
 
@@ -142,7 +142,7 @@ def test_stretching_tube_converges_with_second_order(gap: float) -> None:
 
 @pytest.mark.kernels
 def test_contact_force_is_pressure_times_change_of_area() -> None:
-    """Virtual work on an inextensible tube: F dh = p dA, with the area of the nodes' polygon in two neighbouring states."""
+    """Virtual work on an inextensible tube: F dh = p dA, with the area in two neighbouring states."""
     above, at, below = (squeezed(STIFF, gap, 240) for gap in (0.26, 0.25, 0.24))
     expected = PRESSURE * (above.area - below.area) / 0.02
     assert (at.on_plate, at.on_ground) == pytest.approx([expected] * 2, rel=0.005)
@@ -151,7 +151,7 @@ def test_contact_force_is_pressure_times_change_of_area() -> None:
 # --- upright shell ---------------------------------------------------------------------------------------------------------
 
 # Soft hoops: those of the paper's fabric hold the bulge so tight that its generatrices go slack on the ground and crumple.
-SOFT_HOOPS = ("fabric.E11=20 kN/m", "fabric.E22=1 kN/m", "fabric.nu12=0.0125", "fabric.nu21=0.25")
+SOFT_HOOPS = ("fabric.E11=20 kN/m", "fabric.E22=1 kN/m", "fabric.nu12=0.0125")
 SLOW = ("gravity=0", "cargo.mass=1e12", "cargo.velocity=5 m/s", "pressure.damping=0.002", "time.courant=0.9", "time.end=10")
 REST = 0.03  # s, to come to rest in
 HELD = 1e-6  # m/s: a cover that stood still would end the run
@@ -189,7 +189,7 @@ def cloth(falling: Drop) -> tuple[Floats, Floats, Floats]:
     return radius.mean(axis=1), grid_view(nodes.z, model).mean(axis=1), fields[2].mean(axis=1)
 
 
-@pytest.mark.parametrize("law", ["true_tension", "nominal_tension"])
+@pytest.mark.parametrize("law", ["tension_field", "true_tension", "nominal_tension"])
 @pytest.mark.parametrize("rows", [12, 24, 48])
 def test_shell_between_plates(law: str, rows: int) -> None:
     """Forces, contact, shape and T11. The forces jump as nodes lift off: their error has an envelope of second order.
@@ -213,13 +213,13 @@ def test_shell_between_plates(law: str, rows: int) -> None:
         lifts = radius[np.argmax(z > 1e-9) - 1 :][:2]  # the last row that lies, the first that does not
         cell = np.diff(lifts)[0]
         assert lifts[0] - 0.5 * cell < exact.contact < lifts[1]
-        reached = np.sqrt(falling.now(History.GROUND_AREA) / (rows * np.sin(np.pi / rows)))  # radius of a polygon of 2 rows edges
+        reached = np.sqrt(falling.now(History.GROUND_AREA) / np.pi)
         assert reached == pytest.approx(exact.contact, rel=10 / rows**2)
 
 
 def potential(falling: Drop) -> float:
     """Of fabric and gas at rest, J."""
-    return stored_energy(falling) - PRESSURE * volume(places_of_ledger(falling))
+    return stored_energy(falling) - PRESSURE * gas_volume(falling)
 
 
 @pytest.mark.parametrize(
@@ -265,9 +265,9 @@ def test_gas_works_by_change_of_volume_through_contact(plates: bool) -> None:
         else:
             falling = Drop(load_case(NO_BELTS, ["contact=[ground, cover, cargo]", *others]))
         run_to(falling, 0.08)
-        worked, filled = falling.now(History.WORK_PRESSURE), volume(places_of_ledger(falling))
+        worked, filled = falling.now(History.WORK_PRESSURE), gas_volume(falling)
         run_to(falling, 0.1)
-        work = PRESSURE * (volume(places_of_ledger(falling)) - filled)
+        work = PRESSURE * (gas_volume(falling) - filled)
         assert falling.now(History.WORK_PRESSURE) - worked == pytest.approx(work, rel=1e-3)
         radius, z, _ = cloth(falling)
         if plates:

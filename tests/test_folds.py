@@ -658,7 +658,8 @@ def test_shell_thrown_at_the_cover(folds: bool) -> None:
         close_nodes(nodes, model.sector, np.uint64(row * model.stride + PAD), model.n2)
     squares = sum((grid_view(part, model)[1:-1] ** 2).sum(axis=1) for part in nodes[3:])
     moving = model.cargo_mass + model.n2 * model.mass[-1]
-    state.now[History.KINETIC_ENERGY] = state.kinetic_start[0] = 0.5 * (model.mass[1:-1] @ squares + moving * 0.1**2)
+    kinetic = 0.5 * model.sector.copies * (model.mass[1:-1] @ squares + moving * 0.1**2)
+    state.now[History.KINETIC_ENERGY] = state.kinetic_start[0] = kinetic
     passed, outcome, contact = 0, Outcome.RUNNING, 0.0
     while outcome == Outcome.RUNNING:
         before = places_of(falling)
@@ -685,7 +686,7 @@ def test_momentum_changes_by_gravity_and_ground_only() -> None:
 
     def momentum() -> float:
         moving = model.mass @ grid_view(falling.state.nodes.w, model).sum(axis=1)
-        return float(moving + model.cargo_mass * grid_view(falling.state.nodes.w, model)[-1, 0])
+        return model.sector.copies * float(moving + model.cargo_mass * grid_view(falling.state.nodes.w, model)[-1, 0])
 
     before, rows, outcome = momentum(), [], Outcome.RUNNING
     while outcome == Outcome.RUNNING and falling.now(History.HEIGHT) > 0.05:
@@ -695,7 +696,7 @@ def test_momentum_changes_by_gravity_and_ground_only() -> None:
     history = np.concatenate(rows)
     steps = history[:, History.TIME_STEP]
     dt = 0.5 * (np.concatenate(([0.0], steps[:-1])) + steps)
-    weight = (model.n2 * model.mass.sum() + model.cargo_mass) * model.gravity
+    weight = model.sector.copies * (model.n2 * model.mass.sum() + model.cargo_mass) * model.gravity
     impulse = np.sum(dt * (history[:, History.GROUND_FORCE] - weight))
     assert momentum() - before == pytest.approx(impulse, abs=1e-10 * abs(before))
 

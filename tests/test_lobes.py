@@ -108,8 +108,9 @@ def groove(contact: str, *others: str) -> Drop:
             x[row], y[row] = radius * np.cos(angle), radius * np.sin(angle)
             z[row] = 0.3 + side * 0.004
             w[row] = -10.0 if side > 0 else 4.0
-    mass = model.n2 * model.mass
-    kinetic = 0.5 * (mass[1:-1] * grid_view(nodes.w, model)[1:-1, 0] ** 2).sum() + 0.5 * (model.cargo_mass + mass[-1]) * 0.1**2
+    mass = model.sector.copies * model.n2 * model.mass
+    moving = model.sector.copies * model.cargo_mass + mass[-1]
+    kinetic = 0.5 * (mass[1:-1] * grid_view(nodes.w, model)[1:-1, 0] ** 2).sum() + 0.5 * moving * 0.1**2
     drop.state.now[History.KINETIC_ENERGY] = drop.state.kinetic_start[0] = kinetic
     return drop
 
@@ -221,7 +222,7 @@ def test_contact_works_its_impulses_times_the_mean_velocity(scheme: str) -> None
         assert drop.advance(most=1)[1] == Outcome.RUNNING
         new = velocities(state.nodes[3:])
         jumps = new - velocities(tuple(free))
-        work = float((mass * jumps * 0.5 * (old + new)).sum())
+        work = model.sector.copies * float((mass * jumps * 0.5 * (old + new)).sum())
         met += work != 0.0
         assert drop.now(History.WORK_CONTACT) - worked == pytest.approx(work, rel=1e-9, abs=1e-12)
     assert met > 10

@@ -20,7 +20,7 @@ HELD = ("gravity=0", "cargo.mass=1e12", "cargo.velocity=1e-6")  # the cover move
 # Rows that know nothing of each other: no stiffness along the generatrix, and a shell so long that the slope of its wall beside
 # the covers does not matter.
 RINGS = (*HELD, "shell.height=1200", "grid.generatrix=12", "fabric.E11=1e-6", f"fabric.E22={STIFFNESS}")
-RINGS += ("fabric.nu12=0", "fabric.nu21=0", "fabric.viscosity=0")
+RINGS += ("fabric.nu12=0", "fabric.viscosity=0")
 
 
 def drop(*overrides: str, config: str = "no-belts") -> Drop:
@@ -77,9 +77,10 @@ def peaks(times: Floats, values: Floats) -> tuple[Floats, Floats]:
 # --- free fall and piston --------------------------------------------------------------------------------------------------
 
 
+@pytest.mark.parametrize("law", ["true_tension", "tension_field"])
 @pytest.mark.parametrize("model", ["scheme=edge", "scheme=cell", "fidelity=axisymmetric"])
-def test_empty_shell_falls_freely(model: str) -> None:
-    falling = drop(f"model.{model}", "contact=solid", config="free-fall")
+def test_empty_shell_falls_freely(model: str, law: str) -> None:
+    falling = drop(f"model.{model}", f"fabric.law={law}", "contact=solid", config="free-fall")
     _, outcome = finish(falling)
     velocity, time = free_fall(0.6, 6.0, 9.80665)
     assert outcome == Outcome.IMPACT
@@ -97,9 +98,9 @@ def test_shell_starts_as_a_piston() -> None:
     falling = drop("time.courant=0.001")
     rows, _ = falling.advance(most=1)
     model = falling.model
-    total = model.cargo_mass + model.n2 * model.mass[-1]
-    assert model.cover_area == pytest.approx(pi / 16, rel=1e-3)
-    assert rows[0, History.ACCELERATION] == pytest.approx(15696 * model.cover_area / total - 9.80665, rel=1e-9)
+    total = 100.0 + 0.05 * 2 * pi * 0.25 * 0.5 * 0.6 / 36  # of cargo and half a cell of cloth all around
+    assert model.sector.copies * model.cover_area == pytest.approx(pi / 16, rel=1e-12)
+    assert rows[0, History.ACCELERATION] == pytest.approx(15696 * pi / 16 / total - 9.80665, rel=1e-9)
 
 
 # --- step-inflated ring ----------------------------------------------------------------------------------------------------
@@ -114,7 +115,7 @@ def test_exact_ring_gives_the_printed_values() -> None:
     assert STIFFNESS * (PAPER_RING.largest - 1) == pytest.approx(9617, abs=0.5)
 
 
-@pytest.mark.parametrize("law", ["true_tension", "nominal_tension"])
+@pytest.mark.parametrize("law", ["tension_field", "true_tension", "nominal_tension"])
 @pytest.mark.parametrize("layers", [0, 5])
 def test_ring_amplitude_peak_and_frequency(law: str, layers: int) -> None:
     """With belts of five layers over the whole width, stiffness and mass are six times the fabric's."""
@@ -139,22 +140,20 @@ def test_ring_tension_at_its_peak() -> None:
     assert middle_tensions(falling)[1] == pytest.approx(9617, rel=1e-3)
 
 
-def test_ring_converges_in_space_with_second_order() -> None:
-    errors = []
-    for columns in (12, 24, 48):
-        times, stretches = follow_ring(drop(*RINGS, f"grid.hoop={columns}", "time.courant=0.1"), 1 / PAPER_RING.frequency)
-        errors.append(np.abs(stretches - PAPER_RING.stretch(times)).max())
-    assert fitted_order(errors) == pytest.approx(2, abs=0.2)
-    assert errors[-1] < 2e-3
+@pytest.mark.parametrize("columns", [8, 12, 90])
+def test_ring_is_a_circle_on_any_grid(columns: int) -> None:
+    """Cloth and gas are reckoned on arcs: what is left is the error of the step, that of a ring of one column."""
+    times, stretches = follow_ring(drop(*RINGS, f"grid.hoop={columns}", "time.courant=0.05"), 1 / PAPER_RING.frequency)
+    assert np.abs(stretches - PAPER_RING.stretch(times)).max() < 2e-4
 
 
 @pytest.mark.parametrize("fidelity", ["full", "axisymmetric"])
 @pytest.mark.parametrize("layers", [0, 5])
 def test_ring_converges_in_time_with_second_order(layers: int, fidelity: str) -> None:
-    """On a fixed grid, against the exact motion of the polygon."""
+    """On a fixed grid, which is a circle whatever its columns, against the exact motion."""
     belts = ["belts.count=11", "belts.width=100", f"belts.layers={layers}"] if layers else []
     belts.append(f"model.fidelity={fidelity}")
-    ring = PAPER_RING._replace(stiffness=STIFFNESS * (1 + layers), density=0.05 * (1 + layers)).polygon(24)
+    ring = PAPER_RING._replace(stiffness=STIFFNESS * (1 + layers), density=0.05 * (1 + layers))
     errors = []
     for courant in (0.08, 0.04, 0.02) if fidelity == "axisymmetric" else (0.8, 0.4, 0.2):  # 1 is the limit of the ring itself
         falling = drop(*RINGS, *belts, "grid.hoop=24", f"time.courant={courant}", config="paper" if layers else "no-belts")
@@ -190,7 +189,7 @@ def test_viscosity_and_aerodynamic_damping_of_the_ring() -> None:
     )
     times, stretches = follow_ring(falling, 1.5 / PAPER_RING.frequency)
     coarse = times[::20]
-    exact = PAPER_RING.polygon(48).damped(coarse, viscosity, aerodynamic)
+    exact = PAPER_RING.damped(coarse, viscosity, aerodynamic)
     assert np.abs(stretches[::20] - exact).max() < 2e-3
     for without in ({"viscosity": viscosity}, {"aerodynamic": aerodynamic}):  # either is felt
         assert np.abs(stretches[::20] - PAPER_RING.damped(coarse, **without)).max() > 2e-2
@@ -201,6 +200,7 @@ def test_viscosity_and_aerodynamic_damping_of_the_ring() -> None:
 STATIC = {  # field values, computed independently of this project: radius, T11, T22, net cover force
     "true_tension": (0.301913, 1641.04, 4563.31, 1381.70),
     "nominal_tension": (0.303798, None, None, 1645.36),
+    "tension_field": (0.303798, None, None, 1645.36),  # taut everywhere, and then the same
 }
 COVER = 15696.0 * pi / 16  # N, pressure on a cover
 
@@ -350,14 +350,19 @@ def test_turned_shell_moves_as_the_shell_does() -> None:
 # --- slack law, belts, schemes ---------------------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("slack", ["cut", "compression"])
-def test_only_fabric_in_compression_carries_the_cargo(slack: str) -> None:
+@pytest.mark.parametrize(
+    ("law", "slack"),
+    [("tension_field", "cut"), ("true_tension", "cut"), ("nominal_tension", "compression"), ("true_tension", "compression")],
+)
+def test_only_fabric_in_compression_carries_the_cargo(law: str, slack: str) -> None:
     """Without pressure: nothing, or a spring of E π d/l1 and a damper of η π d/l1, before the shell buckles."""
-    overrides = ("pressure.value=0", "gravity=0", "fabric.nu12=0", "fabric.nu21=0", "fabric.viscosity=5", f"fabric.slack={slack}")
-    falling = drop(*overrides, "grid.generatrix=4", "grid.hoop=24", "time.courant=0.2", "time.end=6 ms")
+    fabric = ("fabric.nu12=0", "fabric.viscosity=5", f"fabric.law={law}", f"fabric.slack={slack}")
+    falling = drop(
+        "pressure.value=0", "gravity=0", *fabric, "grid.generatrix=4", "grid.hoop=24", "time.courant=0.2", "time.end=6 ms"
+    )
     rows, _ = finish(falling)
     stroke = 0.6 - rows[-2, History.HEIGHT]
-    perimeter = falling.model.n2 * falling.model.fabric.h2
+    perimeter = pi * 0.5
     spring, damper = 20e3 * perimeter / 0.6, 5 * perimeter / 0.6
     if slack == "cut":
         assert abs(rows[:, History.COVER_FORCE]).max() < 1e-9
@@ -397,7 +402,7 @@ def test_wide_belt_on_two_grids_gives_one_ring() -> None:
     assert len(moving[0][0]) == len(moving[1][0])
     assert moving[0][0] == pytest.approx(moving[1][0], rel=1e-5)  # the geometric terms of the bound hang on the grid
     assert moving[0][1] == pytest.approx(moving[1][1], abs=1e-5)
-    ring = PAPER_RING._replace(stiffness=STIFFNESS + 100e3, density=0.3).polygon(24)
+    ring = PAPER_RING._replace(stiffness=STIFFNESS + 100e3, density=0.3)
     assert moving[0][1] == pytest.approx(ring.stretch(moving[0][0]), abs=1e-4)
 
 

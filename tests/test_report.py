@@ -250,7 +250,7 @@ def test_page_of_a_sweep(tmp_path: Path) -> None:
 def test_sweep_over_two_axes_has_a_dot_a_run(tmp_path: Path) -> None:
     results = "run,id,cargo.mass,fabric.slack,outcome,fault,impact_velocity\n" + "".join(
         f"{k},x{k},{mass},{slack},impact,,{2.0 + k}\n"
-        for k, (mass, slack) in enumerate([(50.0, "cut"), (100.0, "cut"), (50.0, "wrinkle"), (100.0, "wrinkle")])
+        for k, (mass, slack) in enumerate([(50.0, "cut"), (100.0, "cut"), (50.0, "compression"), (100.0, "compression")])
     )
     units = "run,id,cargo.mass,fabric.slack,outcome,fault,impact_velocity\n,,kg,,,,m/s\n"
     folder = sweep(tmp_path / "two-sweep")
