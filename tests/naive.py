@@ -247,7 +247,7 @@ def field_tensions(fabric: Fabric, e1: Floats, e2: Floats) -> tuple[Floats, Floa
 
 
 def diagonal_wrinkle(fabric: Fabric, E1: Floats, E2: Floats, sine: Floats) -> Floats:
-    """Amplitude b of wrinkles along the shortened diagonal, where T1 + T2 rise to twice T12, by bisection; 0 if they are above."""
+    """Amplitude b of wrinkles along the shortened diagonal, where T1 + T2 rise to twice T12, by bisection; 0 where above."""
     low, high = 0.0 * sine, 0.5 * sine
     for _ in range(80):
         b = 0.5 * (low + high)

@@ -193,9 +193,9 @@ def stored_energy(falling: Drop) -> float:
     """Elastic energy (J) of fabric with a potential, by the definition of each.
 
     Nominal tensions: ½ C11 e1² and ½ C22 e2² per unloaded area on the edges, C12 e1 e2 and ½ G12 (r1 r2)² of the cells' means;
-    where slack fabric is cut (and ν = 0), taut edges only. Tension field: the least over wrinkles at each corner of two edges, and
-    what shear adds in each cell, the least over wrinkles along its diagonals. Belts ½ E2 e2² where taut. The printed scheme has
-    none: its directions are not the gradients of its stretches where a cell's edges are not parallel.
+    where slack fabric is cut (and ν = 0), taut edges only. Tension field: the least over wrinkles at each corner of two edges,
+    and what shear adds in each cell, the least over wrinkles along its diagonals. Belts ½ E2 e2² where taut. The printed scheme
+    has none: its directions are not the gradients of its stretches where a cell's edges are not parallel.
     """
     model = falling.model
     places, fabric, whole = places_of_ledger(falling), model.fabric, model.sector.copies

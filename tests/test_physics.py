@@ -239,7 +239,7 @@ def test_static_cylinder(law: str, fidelity: str) -> None:
 @pytest.mark.parametrize("fidelity", ["full", "axisymmetric"])
 def test_static_cylinder_converges_with_second_order(fidelity: str) -> None:
     exact = np.array(exact_cylinder("true_tension"))
-    errors = np.array([relaxed_cylinder("true_tension", rows, 2 * rows, 0.025, fidelity) - exact for rows in (12, 24, 48)])
+    errors = np.array([relaxed_cylinder("true_tension", rows, 24, 0.025, fidelity) - exact for rows in (24, 48, 96)])
     for part in range(len(exact)):
         assert fitted_order(list(errors[:, part])) == pytest.approx(2, abs=0.2)
 
@@ -425,15 +425,15 @@ def test_printed_scheme_agrees_with_the_edge_scheme_while_it_lasts() -> None:
 # Velocity (m/s) of the cargo at 20 ms, as this code computed it. A disturbance of 1e-15 of the first places moves it by less than
 # 1e-15, so other orders of rounding stay far below 1e-9; any change of the equations does not.
 AT_20_MS = {
-    "airdrop": 7.853318237196059,
-    "belts-list": 5.667106083741523,
+    "airdrop": 7.849371176385453,
+    "belts-list": 5.665624288778132,
     "free-fall": 6.19613300000004,
-    "moduli-sweep": 5.616645432153164,
-    "no-belts": 5.650912212716691,
-    "paper": 5.685911163875042,
-    "paper-contact": 5.685811833791093,
-    "paper-narrow-belts": 5.616645631525589,
-    "sine": 5.991966843793101,
+    "moduli-sweep": 5.616185134182927,
+    "no-belts": 5.650497222905332,
+    "paper": 5.685530861023098,
+    "paper-contact": 5.68542595268673,
+    "paper-narrow-belts": 5.616185334833607,
+    "sine": 5.991799975925745,
 }
 
 
