@@ -364,7 +364,7 @@ def test_words_follow_where_the_energy_came_from(overrides: tuple[str, ...], wor
 
 
 def test_energy_made_by_fabric_is_said(softbrake: Command, paper: Path) -> None:
-    """Undamped and cut, with Poisson's effect, it makes some per cent of the initial energy, and the ledger knows nothing of it."""
+    """Undamped, cut, with Poisson's effect, it makes some per cent of the initial energy, and the ledger knows nothing of it."""
     law = ("--set", "fabric.law=nominal_tension", "--set", "fabric.nu12=0.15")
     others = ("--set", "grid={generatrix: 12, hoop: 30}", *law, "--set", "time.courant=0.5")
     done = softbrake("run", paper, *others, "--set", "fabric.viscosity=0", "--no-results", "--json")
