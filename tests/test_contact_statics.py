@@ -142,7 +142,7 @@ def test_stretching_tube_converges_with_second_order(gap: float) -> None:
 
 @pytest.mark.kernels
 def test_contact_force_is_pressure_times_change_of_area() -> None:
-    """Virtual work on an inextensible tube: F dh = p dA, with the area in two neighbouring states, of arcs on the polygon's edges."""
+    """Virtual work on an inextensible tube: F dh = p dA, with the area of two neighbouring states, that of arcs."""
     above, at, below = (squeezed(STIFF, gap, 240) for gap in (0.26, 0.25, 0.24))
     arcs = np.pi / 240 / np.sin(np.pi / 240) / np.cos(np.pi / 240)
     expected = PRESSURE * arcs * (above.area - below.area) / 0.02

@@ -102,12 +102,13 @@ def test_nearly_degenerate_cell_recovers() -> None:
 def test_million_steps(courant: str, steps: int, drift: float, rise: float) -> None:
     """Energy and momentum do not drift: the works booked are what fabric and gas store, to a share of the energy of motion.
 
-    At the automatic step the highest tension jumps by 9 % at 0.6 million steps, at a seventh of it, over the same time, never. (At
-    courant 0.1 it may, near the end: a hair more pressure moves it.)
+    At the automatic step the highest tension jumps by 9 % at 0.6 million steps, at a seventh of it, over the same time, never;
+    at courant 0.1 it may near the end, as a hair more or less pressure has it.
     """
     found = million(steps, courant)
     first, last = np.split(found.made, 2)
     assert abs(last.mean() - first.mean()) < drift * found.moving.mean()
-    assert 0.5 < found.moving[-50:].mean() / found.moving[:50].mean() < 1.5
+    fifths = np.array_split(found.moving, 5)
+    assert 0.5 < fifths[-1].mean() / fifths[0].mean() < 1.5
     assert found.momentum < 1e-16
     assert found.peaks.max() < rise * found.peaks[0]

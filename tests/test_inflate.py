@@ -115,7 +115,7 @@ def test_shapes_of_both_fidelities_agree() -> None:
     assert full.tension_belt == pytest.approx(one.tension_belt, rel=1e-6)
     assert full.volume == pytest.approx(one.volume, rel=1e-6)
     finer = inflate(case(grid[0].replace("24", "96"), grid[1], "model.fidelity=axisymmetric", config="paper"), tolerance=1e-9)
-    assert finer.volume == pytest.approx(one.volume, rel=1e-12)  # one column stands for the whole hoop, however wide
+    assert finer.volume == pytest.approx(one.volume, rel=1e-9)  # one column stands for the whole hoop, however wide
 
 
 @pytest.mark.parametrize("part", ["full", "axisymmetric"])
