@@ -84,7 +84,7 @@ class Cloth:
         """Move by a step (s); returns the places before and after."""
         before, velocities = self.places, self.velocities
         velocities[0], velocities[-1] = 0.0, (0.0, 0.0, cover_velocity)
-        course = Step(length, length, 0.0, self.cover, self.cover + length * cover_velocity, 1e-6, Sector(1.0, 1.0, 0.0))
+        course = Step(length, length, 0.0, self.cover, self.cover + length * cover_velocity, 1e-6, Sector(1.0, 1.0, 1.0, 0.0))
         free = before.copy()
         free[1:-1] += length * velocities[1:-1]
         low, high = self.sheet.ground, course.next_cover - course.gap if self.sheet.cover else inf
@@ -300,7 +300,7 @@ def backed(z: float, r: float, height: float = inf) -> tuple[Sheet, Step, Nodes]
     sheet = Sheet(2, 4, 6, 1, 0.0, EDGE, 0.0, 1, 0.5, 1, 0.5, height, 0)
     nodes = Nodes(*(np.zeros(18) for _ in Nodes._fields))
     nodes.x[7], nodes.z[7] = r, 0.1 + z
-    return sheet, Step(1e-5, 1e-5, 0.0, 0.1, 0.1, 1e-6, Sector(1.0, 1.0, 0.0)), nodes
+    return sheet, Step(1e-5, 1e-5, 0.0, 0.1, 0.1, 1e-6, Sector(1.0, 1.0, 1.0, 0.0)), nodes
 
 
 @pytest.mark.parametrize(
