@@ -192,9 +192,10 @@ def test_fidelities_differ_no_more_than_the_full_shell_is_out_of_round(config: s
     assert lopsided(full) > 1e-11
 
 
-def test_sector_of_a_crooked_shell() -> None:
+@pytest.mark.parametrize("law", ["true_tension", "tension_field"])
+def test_sector_of_a_crooked_shell(law: str) -> None:
     """A shell that repeats after 9 of 36 columns and has no other symmetry, with shear: the whole and one of its four parts."""
-    overrides = (*COARSE, "fabric.G12=400")
+    overrides = (*COARSE, "fabric.G12=400", f"fabric.law={law}")
     sector, full = drop("paper", *overrides, *PARTS["sector of 9"]), drop("paper", *overrides)
     random = np.random.default_rng(5)
     for flat in sector.state.nodes:

@@ -22,6 +22,7 @@ SCENES = {
     "solid": ["contact=solid", "friction=0.3"],
     "folds": ["contact=full"],
     "printed scheme": ["model.scheme=cell"],
+    "tension field": ["fabric.law=tension_field", "fabric.G12=1 kN/m", "contact=full"],
     "shear, damped pressure": ["fabric.G12=5 kN/m", "pressure.damping=0.0005"],
     "sector": ["model.fidelity=sector", "model.sector=8", "contact=solid"],
     "four rows": ["grid.generatrix=4", "belts=[]"],

@@ -199,11 +199,20 @@ def test_columns_beyond_the_ends_of_a_sector() -> None:
         assert found == pytest.approx((real, x[PAD + real], y[PAD + real]), abs=1e-15)
 
 
+@pytest.mark.parametrize("law", ["true_tension", "tension_field"])
 @pytest.mark.parametrize("scheme", ["edge", "cell"])
-def test_contact_works_its_impulses_times_the_mean_velocity(scheme: str) -> None:
+def test_contact_works_its_impulses_times_the_mean_velocity(scheme: str, law: str) -> None:
     """Those of n-1/2 and n+1/2, with gas, its damping, weight, viscous, sheared and belted cloth at work beside it."""
-    law = ("fabric.E=1 kN/m", "fabric.G12=50", "fabric.viscosity=0.5", "belts.layers=3", f"model.scheme={scheme}")
-    drop = groove("paper", *law, "pressure.value=5 kPa", "pressure.damping=0.01", "gravity=9.8 m/s^2", "time.courant=0.5")
+    fabric = (f"fabric.law={law}", "fabric.E=1 kN/m", "fabric.G12=50", "fabric.viscosity=0.5", "belts.layers=3")
+    drop = groove(
+        "paper",
+        *fabric,
+        f"model.scheme={scheme}",
+        "pressure.value=5 kPa",
+        "pressure.damping=0.01",
+        "gravity=9.8 m/s^2",
+        "time.courant=0.5",
+    )
     model, state, met = drop.model, drop.state, 0
     random = np.random.default_rng(4)
     for part in state.nodes[:2]:
