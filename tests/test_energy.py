@@ -265,8 +265,8 @@ FIELD = ("fabric.law=tension_field",)
 def test_works_of_gas_and_fabric_where_lobes_and_folds_meet(law: tuple[str, ...], contact: str, g12: float, size: float) -> None:
     """Crumpling, to 3 cm above the ground: constant pressure and taut fabric keep their potentials.
 
-    What has shear crumples because it is disturbed by a size (m). Both errors fall as step² in the mean of many impulses, as those
-    of free flight. Contact only takes, and little.
+    What has shear crumples because it is disturbed by a size (m). Both errors fall as step² in the mean of many impulses, as
+    those of free flight. Contact only takes, and little.
     """
     gas, elastic = [], []
     for courant in (0.9, 0.3):
