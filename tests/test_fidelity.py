@@ -125,6 +125,18 @@ def test_fidelities_agree_to_round_off(scene: str) -> None:
         assert part.state.steps[0] == full.state.steps[0]
 
 
+@pytest.mark.parametrize("law", ["true_tension", "tension_field"])
+def test_axisymmetric_shell_is_one_of_circles(law: str) -> None:
+    """Its column stands for the whole hoop, however wide: no answer hangs on the cells around it, step by step."""
+    overrides = ("grid.generatrix=12", *PARTS["axisymmetric"], f"fabric.law={law}", "contact=ground")
+    many = advance_to(drop("paper", *overrides, "grid.hoop=1000"), 0.04)
+    few = follow(drop("paper", *overrides, "grid.hoop=12"), many)
+    assert len(few) == len(many)
+    scale = np.maximum(np.abs(few).max(axis=0), 1e-12)
+    scale[[History.WORK_VISCOUS, History.WORK_GROUND, History.WORK_BELTS]] = scale[History.WORK_PRESSURE]
+    assert (np.abs(few - many).max(axis=0) / scale).max() < 1e-9
+
+
 @pytest.mark.parametrize("config", ["paper", "no-belts"])
 def test_ground_force_counts_all_columns(config: str) -> None:
     """The wall swings down to the ground while the shell is still symmetric."""
