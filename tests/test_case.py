@@ -117,11 +117,11 @@ def test_defaults() -> None:
     assert (got.fabric.law, got.fabric.slack) == ("tension_field", "cut")
     assert got.belts == ()
     assert got.pressure.damping == 0
-    assert (got.grid.generatrix, got.grid.hoop, got.model.scheme) == (36, 90, "edge")
+    assert (got.grid.generatrix, got.grid.hoop, got.model.scheme) == (44, 120, "edge")
     assert (got.time.courant, got.time.end) == (0.95, 1)
     assert case("time: {courant: auto}\n").time == got.time
     for viscosity, courant in ((0.02, 0.95), (0.01, 0.75), (0.002, 0.6), (0.001, 0.35), (0, 0.35)):
-        assert case("", f"fabric.viscosity={viscosity}").time.courant == courant  # over 0.55 N s/m: the ratio of 0.0175 m edges
+        assert case("", f"fabric.viscosity={viscosity}").time.courant == courant  # over 0.43 N s/m: the ratio of 0.0136 m edges
     assert case("time: {courant: 1.5}\n").time.courant == 1.5  # at the user's own risk
     assert got.output.snapshot_interval == pytest.approx(1 / 150)
     assert (got.output.history_interval, got.output.cfc) == (1, 180)
@@ -211,7 +211,7 @@ cargo: {mass: 100 kg}
         "6:9: fabric.nu12: nan is not a finite number; a ratio >= 0 such as '0.25' is wanted",
         "7:3: fabric.nu12: duplicate key, first at f.yaml:6:3; each key once is wanted",
         "8:1: cargo.velocity: missing; a speed > 0 such as '6 m/s' is wanted",
-        "--set grid.hoop=7: grid.hoop: 7 is out of range; an integer >= 8 and <= 10000 such as '90' is wanted",
+        "--set grid.hoop=7: grid.hoop: 7 is out of range; an integer >= 8 and <= 10000 such as '120' is wanted",
         "--set time.end=0: time.end: 0 is out of range; a time > 0 such as '1 s' is wanted",
     ]
 
@@ -243,10 +243,10 @@ END = GOOD.count("\n") + 1
         ("time: {end: 1 sec}", "{}:13: time.end: unknown unit 'sec'; a time > 0 such as '1 s' is wanted"),
         (
             "grid: {generatrix: 3}",
-            "{}:20: grid.generatrix: 3 is out of range; an integer >= 4 and <= 10000 such as '36' is wanted",
+            "{}:20: grid.generatrix: 3 is out of range; an integer >= 4 and <= 10000 such as '44' is wanted",
         ),
-        ("grid: {hoop: 9.5}", "{}:14: grid.hoop: 9.5 is not an integer; an integer >= 8 and <= 10000 such as '90' is wanted"),
-        ("grid: {hoop: '90'}", "{}:14: grid.hoop: '90' is not an integer; an integer >= 8 and <= 10000 such as '90' is wanted"),
+        ("grid: {hoop: 9.5}", "{}:14: grid.hoop: 9.5 is not an integer; an integer >= 8 and <= 10000 such as '120' is wanted"),
+        ("grid: {hoop: '90'}", "{}:14: grid.hoop: '90' is not an integer; an integer >= 8 and <= 10000 such as '120' is wanted"),
         ("model: {scheme: cells}", "{}:17: model.scheme: unknown value 'cells'; edge or cell is wanted"),
         ("model: edge", "{}:8: model: not a mapping; a mapping of scheme, fidelity, sector is wanted"),
         ("output:", "{}:8: output: not a mapping; a mapping of snapshot_interval, history_interval, cfc is wanted"),
@@ -300,26 +300,26 @@ END = GOOD.count("\n") + 1
             "{}:9: belts.0: not a mapping; a mapping of height, layers, stiffness, line_density, width, strength is wanted",
         ),
         (
-            "belts: [{height: 0.59, layers: 5, width: 20 mm}]",
+            "belts: [{height: 0.59, layers: 5, width: 20 mm}]\ngrid: {generatrix: 36}",
             "{}:35: belts.0.width: the belt comes closer than half a grid cell to a cover; "
             "a height from 0.0183333 m to 0.581667 m is wanted for this width",
         ),
         (
-            "belts: [{width: 20 mm, layers: 5, height: 0.0183}]",
+            "belts: [{width: 20 mm, layers: 5, height: 0.0183}]\ngrid: {generatrix: 36}",
             "{}:35: belts.0.height: the belt comes closer than half a grid cell to a cover; "
             "a height from 0.0183333 m to 0.581667 m is wanted for this width",
         ),
         (
-            "belts: [{height: 0.3, layers: 5, width: 0.6}]",
+            "belts: [{height: 0.3, layers: 5, width: 0.6}]\ngrid: {generatrix: 36}",
             "{}:34: belts.0.width: the belt is wider than the room between the covers; a width < 0.583333 m is wanted",
         ),
         (
-            "belts: {count: 2, layers: 5, width: 0.39}",
+            "belts: {count: 2, layers: 5, width: 0.39}\ngrid: {generatrix: 36}",
             "{}:30: belts.width: the outer belts come closer than half a grid cell to the covers; "
             "a width up to 0.383333 m is wanted for this count",
         ),
         (
-            "belts: {count: 71, layers: 5, width: 1 mm}",
+            "belts: {count: 71, layers: 5, width: 1 mm}\ngrid: {generatrix: 36}",
             "{}:9: belts.count: the outer belts come closer than half a grid cell to the covers; "
             "a count up to 70 is wanted on this grid",
         ),
@@ -563,7 +563,7 @@ def test_overrides_reach_any_key() -> None:
 )
 def test_override_faults(override: str, message: str | None) -> None:
     belts = "belts: [{height: 0.2 m, layers: 5, width: 20 mm}, {height: 0.2 m, layers: 5, width: 20 mm}]\n"
-    got = faults(GOOD + belts, override)
+    got = faults(GOOD + belts + "grid: {generatrix: 36}\n", override)
     if message is not None:
         assert got == [f"--set {override}: {message}"]
     else:  # keys of the file that the new law does not know, and what it misses
