@@ -113,7 +113,8 @@ def cycling(law: str, courant: float, viscosity: float = 0.0) -> tuple[Floats, F
     while outcome == Outcome.RUNNING:
         _, outcome = drop.advance(most=50)
         times.append(drop.now(History.TIME))
-        gains.append(drop.fabric_gain() / initial_energy(case, drop.model))
+        given = sum(drop.now(work) for work in (History.WORK_ELASTIC, History.WORK_VISCOUS, History.WORK_BELTS))
+        gains.append((given - float(drop.state.stored.sum())) / initial_energy(case, drop.model))
     return np.array(times), np.array(gains)
 
 

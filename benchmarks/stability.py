@@ -134,7 +134,7 @@ def gains(case: Case) -> bool:
         drop.run()
     except softbrake.Diverged:
         return True
-    return drop.fabric_gain() > GAIN * initial_energy(drop.case, drop.model)
+    return max(drop.made().values()) > GAIN * initial_energy(drop.case, drop.model)
 
 
 def slack() -> None:
@@ -169,7 +169,7 @@ def drops(count: int = 1000, first: int = 0, narrow: bool = True) -> None:
         try:
             summary = drop.run()
             residual = max(residual, abs(summary.energy_error))
-            gained[seed] = summary.fabric_gain
+            gained[seed] = max(summary.energy_made.values())
             outcome = summary.outcome
         except softbrake.Diverged as error:
             summary = error.summary

@@ -117,7 +117,7 @@ def shell_with(drop: Drop, x: Floats, v: Floats) -> Shell:
     parts = [*np.moveaxis(x, -1, 0), *np.moveaxis(v, -1, 0)]
     for flat, values in zip(drop.state.nodes, parts, strict=True):
         flat.reshape(len(values), -1)[:, PAD - 1 : PAD + drop.model.n2 + 1] = np.pad(values, ((0, 0), (1, 1)), mode="wrap")
-    drop.state.elastic_start[0] = np.inf  # whatever is stored in this shape
+    drop.state.stored[:] = np.inf  # whatever is stored in this shape
     drop.state.now[History.KINETIC_ENERGY] = drop.state.kinetic_start[0] = naive.kinetic_energy(drop.model, v)
     return Shell(drop, x, v)
 
