@@ -3,6 +3,7 @@
 import importlib
 import io
 import json
+import re
 import signal
 import subprocess
 import sys

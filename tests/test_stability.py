@@ -326,7 +326,7 @@ POTENTIAL = ("fabric.law=tension_field",)
         ((*BEYOND, "fabric.viscosity=0"), "the stiffness limit of the step at .* exceeded 1.3 times"),
         (
             UNDAMPED,
-            "fabric and belts gave .* tensions without a potential, .* try fabric.law=tension_field$",
+            "fabric gave .* tensions without a potential, .* try fabric.law=tension_field$",
         ),
         ((*UNDAMPED, "model.scheme=cell"), "tensions without a potential, .* model.scheme=edge"),
         ((*UNDAMPED, "model.scheme=cell", *POTENTIAL), "checkerboard of folds; model.scheme=edge does"),
