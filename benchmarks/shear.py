@@ -16,9 +16,9 @@ from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 
 from benchmarks.scenes import scene
-from softbrake.case import Case, parse_case
+from softbrake.case import Case, level, parse_case
 from softbrake.drop import Diverged, Drop, cores
-from softbrake.ladder import allowed, level, speed_of
+from softbrake.ladder import allowed, speed_of
 from softbrake.state import History, Outcome
 from softbrake.summary import Summary
 
@@ -82,7 +82,8 @@ def main() -> None:
         seconds = [row[3] for row in rows if not math.isnan(row[3])]
         print(
             f"| {share:.1%} | {sum(row[1] for row in rows)} of {len(rows)} | {sum(row[2] <= ROUND for row in rows)} "
-            f"| {statistics.median(row[2] for row in rows):.1g} R | {len(rows) - len(seconds)} | {statistics.mean(seconds):.2f} |",
+            f"| {statistics.median(row[2] for row in rows):.1g} R | {len(rows) - len(seconds)} "
+            f"| {statistics.mean(seconds):.2f} |",
             flush=True,
         )
 

@@ -91,7 +91,7 @@ def build_model(case: Case) -> Model:
     share[[0, -1]] *= 0.5
     line_mass = cloth.areal_density * share
     belts = Belts(*(np.zeros(n1 + 1) for _ in Belts._fields))
-    # By (2.3) N22 feels e11, but T11 nothing of the belt: a potential does not allow that, so other laws make it a plain filament.
+    # By (2.3) N22 feels e11, but T11 nothing of the belt: no potential allows that, so other laws make it a plain filament.
     coupling = fabric.c12 if true_tension else 0.0
     for belt in case.belts:
         width = _overlap(belt.height, belt.width, n1, h1)

@@ -51,6 +51,7 @@ __all__ = [
     "Time",
     "case_to_dict",
     "full_stop",
+    "level",
     "load_case",
     "parse_case",
     "quantities",
@@ -61,7 +62,7 @@ __all__ = [
 
 ONE_COLUMN = ("axisymmetric", "lumped")  # fidelities that compute the generatrix only
 Fidelity = Literal["full", "sector", "axisymmetric", "lumped", "auto"]
-AUTO_TOLERANCE = 0.01
+AUTO_TOLERANCE = 0.02  # that fidelity: auto aims at
 RECIPROCITY = 1e-3  # relative, to which both Poisson's ratios may be rounded
 
 
@@ -185,6 +186,7 @@ class Case:
     initial: Literal["unloaded", "inflated"]  # shape at first contact
     friction: float  # Coulomb's coefficient on ground and cover
     tolerance: float | None  # relative, of the impact velocity: then fidelity, grid and Courant number are chosen
+    insists: bool  # whether an answer that does not reach the tolerance is a failure: where the case names one
     pressure: Pressure
     grid: Grid
     time: Time
@@ -309,8 +311,9 @@ def case_to_dict(case: Case) -> dict[str, Any]:
     sections["contact"] = list(sections["contact"])
     for name in ("fabric", "cargo", "model"):
         sections[name] = _given(sections[name])
-    if case.tolerance is None:
+    if not case.insists:
         del sections["tolerance"]
+    del sections["insists"]
     keys = ("law", *(key.name for key in PRESSURE[case.pressure.law]))
     pressure = {name: sections["pressure"][name] for name in keys}
     sections["pressure"] = {name: list(value) if isinstance(value, tuple) else value for name, value in pressure.items()}
@@ -368,6 +371,7 @@ class _CaseChecker(Checker):
             initial=top["initial"],
             friction=top["friction"],
             tolerance=top.get("tolerance", AUTO_TOLERANCE if model["fidelity"] == "auto" else None),
+            insists="tolerance" in top,
             pressure=pressure,
             grid=Grid(**grid),
             time=Time(**time),
@@ -459,6 +463,9 @@ class _CaseChecker(Checker):
 
     def model(self, root: Node, grid: Values) -> Values:
         model, node = self.named(root, "model"), self.member(root, "model")
+        if "fidelity" not in model:
+            own = [self.given(root, section) for section in ("grid", "model", "time")]
+            model["fidelity"] = "full" if own[0] or own[1] or "courant" in own[2] else "auto"
         fidelity, sector, hoop = model.get("fidelity"), model.get("sector"), grid.get("hoop")
         if node is None or not isinstance(node.value, dict):
             return model
@@ -476,6 +483,11 @@ class _CaseChecker(Checker):
             fault = f"the {fidelity} shell does not know the cell scheme"
             self.fault(place, where, fault, "scheme: edge or fidelity: full is wanted")
         return model
+
+    def given(self, root: Node, name: str) -> set[str]:
+        """Keys that the file gives in a section."""
+        node = root.value.get(name) if isinstance(root.value, dict) else None
+        return set(node.value) if node is not None and isinstance(node.value, dict) else set()
 
     def initial(self, root: Node, top: Values, model: Values, pressure: Pressure) -> None:
         """A shell is inflated by the pressure it starts with."""
@@ -665,6 +677,26 @@ def long_steps(cases: Iterable[Case]) -> str | None:
         return None
     number = f"{'up to ' if len(above) > 1 else ''}{max(above):g}"
     return f"time.courant {number} is above 1, the longest stable step: a run diverges, or slack hides it and tensions are wrong"
+
+
+def level(case: Case, fidelity: Fidelity, generatrix: int, hoop: int, courant: float | None = None) -> Case:
+    """The case at another level and grid, with the contact that this level knows; courant: None for `auto`."""
+    contact = case.contact
+    if fidelity == "axisymmetric" and "folds" in contact and "axis" not in contact:
+        contact = tuple(part for part in CONTACT_SETS["full"] if part in (*contact, "axis"))
+    contact = tuple(part for part in contact if part not in UNKNOWN_CONTACT[fidelity])
+    grid = replace(case.grid, generatrix=generatrix, hoop=hoop)
+    if courant is None:
+        courant = auto_courant(case.shell, case.fabric, grid)
+    return replace(
+        case,
+        contact=contact,
+        grid=grid,
+        time=replace(case.time, courant=courant),
+        model=replace(case.model, fidelity=fidelity, sector=None),
+        tolerance=None,
+        insists=False,
+    )
 
 
 def auto_courant(shell: Shell, fabric: Fabric, grid: Grid) -> float:

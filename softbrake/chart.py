@@ -17,11 +17,11 @@ from itertools import pairwise
 from pathlib import Path
 from typing import Literal, NamedTuple
 
-from softbrake.case import ONE_COLUMN, Case, Fidelity
+from softbrake.case import ONE_COLUMN, Case, Fidelity, level
 from softbrake.convergence import CAUTION, estimate
 from softbrake.drop import Diverged, Drop, compile_kernels, kernels_of
 from softbrake.keys import UNKNOWN_CONTACT
-from softbrake.ladder import COURANT, DOUBTFUL, LEAST_SPEED, OUT_OF_ROUND, SEEDS, least_cells, level, probe, speed_of
+from softbrake.ladder import COURANT, DOUBTFUL, LEAST_SPEED, OUT_OF_ROUND, SEEDS, least_cells, probe, speed_of
 from softbrake.summary import Summary
 
 BUDGET = 120.0  # s

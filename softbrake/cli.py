@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, NoReturn
+from typing import TYPE_CHECKING, Annotated, Any, Literal, NoReturn
 
 import typer
 
@@ -94,7 +94,7 @@ def run(
         typer.Option("--tolerance", metavar="RATIO", help="As 1%: choose fidelity, grid and Courant number for this error."),
     ] = None,
     budget: Annotated[
-        float, typer.Option("--budget", metavar="SECONDS", min=0.0, help="Most time to spend on a tolerance.")
+        float, typer.Option("--budget", metavar="SECONDS", min=0.0, help="Most CPU time to spend on a tolerance.")
     ] = 60.0,
     with_error_bar: Annotated[
         bool, typer.Option("--error-bar", help="Estimate the numerical error from two coarser companions.")
@@ -109,7 +109,7 @@ def run(
         _fail("--output and --no-results exclude each other")
     changes = [*(overrides or ()), *([f"tolerance={tolerance}"] if tolerance is not None else ())]
     case = _load(case_file, changes)
-    if with_error_bar and case.tolerance is not None:
+    if with_error_bar and case.insists:
         _fail("--error-bar: a run for a tolerance has one already")
     results = _result_file(case_file, output, no_results, ".vtkhdf")
 
@@ -122,7 +122,7 @@ def run(
     _check_scale(scale)
     _warn_of_long_steps([case])
     _warn_of_grid(case)
-    if case.tolerance is not None and not quiet:
+    if case.insists and not quiet:
         typer.echo("tolerance: fidelity, grid and Courant number are chosen, those of the case set aside", err=True)
     _compile([case], quiet)
     try:
@@ -170,6 +170,7 @@ def check(case_file: CaseFile, overrides: Overrides = None) -> None:
     from softbrake.summary import contact_in_words, fabric_in_words
 
     case, designs = _load(case_file, overrides), _designs(case_file, overrides)
+    cloth = case.fabric
     heights = ", ".join(f"{belt.height:.4g}" for belt in case.belts)
     free_fall = (case.cargo.velocity**2 + 2 * case.gravity * case.shell.height) ** 0.5
     idle = f"  without effect      {', '.join(case.without_contact)}\n" if case.without_contact else ""
@@ -181,7 +182,7 @@ def check(case_file: CaseFile, overrides: Overrides = None) -> None:
         f"  belts               {len(case.belts)}{f' at {heights} m' if heights else ''}\n"
         f"  contact             {contact_in_words(case.model.fidelity, case.contact)}\n"
         f"{idle}"
-        f"  fabric              {fabric_in_words(case.fabric.law, case.fabric.slack, case.fabric.G12, case.fabric.E11, case.fabric.E22)}\n"
+        f"  fabric              {fabric_in_words(cloth.law, cloth.slack, cloth.G12, cloth.E11, cloth.E22)}\n"
         f"  viscosity           {case.fabric.viscosity:.4g} N*s/m\n"
         f"  free-fall velocity  {free_fall:.5f} m/s"
     )
@@ -293,7 +294,7 @@ def inflate(
     if no_results and output is not None:
         _fail("--output and --no-results exclude each other")
     case = _load(case_file, overrides)
-    if case.tolerance is not None:
+    if case.insists:
         typer.echo(SET_ASIDE, err=True)
     results = _result_file(case_file, output, no_results, "-inflated.vtkhdf")
 
@@ -302,8 +303,8 @@ def inflate(
     from softbrake.inflate import inflate as at_rest
     from softbrake.results import ResultError
 
-    if case.model.fidelity not in ("lumped", "auto"):
-        _compile([case], quiet=False)
+    if case.model.fidelity != "lumped":
+        _compile([_at(case, "axisymmetric")], quiet=False)
     try:
         answer = at_rest(case, results, residual)
     except ValueError as error:
@@ -356,12 +357,11 @@ def stability(
             _fail(error)
         for file in (picture, table):
             _check_place(file)
-    cases = [case, *_cases_along(case_file, overrides, axes)]
+    cases = [_at(one, "full") for one in (case, *_cases_along(case_file, overrides, axes))]
     for one in cases:
-        if one.model.fidelity in ("lumped", "auto"):
-            fault = f"a case of fidelity {one.model.fidelity} has no grid whose waves could grow"
-            _fail(f"{case_file}: {fault}; --set model.fidelity=full")
-    if case.tolerance is not None:
+        if one.model.fidelity == "lumped":
+            _fail(f"{case_file}: a case of fidelity lumped has no grid whose waves could grow; --set model.fidelity=full")
+    if case.insists:
         typer.echo(SET_ASIDE, err=True)
     _compile(cases, quiet=False)
     if axes:
@@ -488,7 +488,8 @@ def design(
         ),
     ] = None,
     budget: Annotated[
-        float, typer.Option("--budget", metavar="SECONDS", min=0.0, help="Most time to choose a level, where a tolerance is set.")
+        float,
+        typer.Option("--budget", metavar="SECONDS", min=0.0, help="Most CPU time to choose a level, where a tolerance is set."),
     ] = 60.0,
     json: Json = False,
     quiet: Annotated[bool, typer.Option("--quiet", "-q", help="No progress.")] = False,
@@ -684,6 +685,13 @@ def _designs(path: Path, overrides: list[str] | None, vary: list[str] | None = N
         return load_designs(path, overrides or (), vary or (), settings)
     except CaseError as error:
         _fail(error)
+
+
+def _at(case: Case, fidelity: Literal["axisymmetric", "full"]) -> Case:
+    """The case at a fidelity where it leaves the choice, for commands that want a grid."""
+    from softbrake.case import level
+
+    return level(case, fidelity, case.grid.generatrix, case.grid.hoop) if case.model.fidelity == "auto" else case
 
 
 def _warn_of_grid(case: Case) -> None:

@@ -84,6 +84,8 @@ STUDENT = (12.71, 4.303, 3.182, 2.776, 2.571, 2.447, 2.365, 2.306, 2.262, 2.228,
 
 
 def prediction(values: Sequence[float]) -> tuple[float, float]:
-    """Return the mean of two values or more, and by how much another one of the same kind differs from it at most in 19 of 20 cases."""
+    """Return the mean of some values, and by how much another one differs from it at most in 19 of 20 cases; inf of one value."""
     mean, count = fmean(values), len(values)
+    if count < 2:
+        return mean, math.inf
     return mean, STUDENT[min(count - 2, len(STUDENT) - 1)] * stdev(values) * math.sqrt(1.0 + 1.0 / count)

@@ -14,11 +14,11 @@ from itertools import pairwise
 from pathlib import Path
 
 from softbrake.batch import run_batch
-from softbrake.case import Case, CaseError, FullStop, full_stop, load_case, quantities
+from softbrake.case import Case, CaseError, FullStop, full_stop, level, load_case, quantities
 from softbrake.convergence import estimate_of_neighbours
 from softbrake.drop import Diverged, run
 from softbrake.keys import PHYSICS, key_at
-from softbrake.ladder import BUDGET, Climb, climb, level, neighbours
+from softbrake.ladder import BUDGET, Climb, climb, neighbours
 from softbrake.summary import Rung, Summary
 from softbrake.units import Dimension, parse_quantity
 

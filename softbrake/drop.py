@@ -28,7 +28,7 @@ from softbrake.build import (
     whole_nodes,
     with_room,
 )
-from softbrake.case import ONE_COLUMN, Case, damping_ratio, parse_case, starter
+from softbrake.case import ONE_COLUMN, Case, Fidelity, damping_ratio, parse_case, starter
 from softbrake.interrupt import held_interrupt
 from softbrake.kernels.course import MADE, energy_given
 from softbrake.kernels.fields import sample_fields
@@ -63,6 +63,7 @@ from softbrake.summary import LARGEST_GAIN, FilteredPeaks, ModelUsed, Phase, Sum
 from softbrake.summary import Peak as PeakFound
 
 KERNELS = {"full": advance, "sector": advance, "axisymmetric": advance_meridian, "lumped": advance_lumped}
+CLIMBED: tuple[Fidelity, ...] = ("lumped", "axisymmetric", "full")  # of a run for a tolerance
 ALL_KERNELS = (  # fidelity; whether folds are in contact; whether steps are taken in two halves
     *((fidelity, False, False) for fidelity in KERNELS),
     ("full", True, False),
@@ -117,10 +118,10 @@ def cores() -> int:
 
 def kernels_of(cases: Iterable[Case]) -> set[tuple[str, bool, bool]]:
     """Return which of ALL_KERNELS runs of cases need; grids of a climb count as small."""
-    wanted = set()
+    wanted: set[tuple[str, bool, bool]] = set()
     for case in cases:
         climbs, grid = case.tolerance is not None, case.grid
-        for fidelity in KERNELS if climbs else [case.model.fidelity]:
+        for fidelity in CLIMBED if climbs else [case.model.fidelity]:
             shell = not climbs and fidelity not in ONE_COLUMN
             halves = shell and in_halves(grid.generatrix, case.model.sector or grid.hoop)
             name, folds = "full" if halves else fidelity, "folds" in case.contact

@@ -9,7 +9,7 @@ import numpy as np
 
 from softbrake import __version__
 from softbrake.build import grid_view
-from softbrake.case import Case
+from softbrake.case import Case, level
 from softbrake.drop import Drop
 from softbrake.kernels.jit import PACKAGE, hash_sources
 from softbrake.kernels.pressure import pressure_at
@@ -25,8 +25,10 @@ def inflate(case: Case, results: str | Path | None = None, tolerance: float = TO
     The pressure is that of t = 0, or where the law starts without any its largest. tolerance: of both residuals of `relax`.
     Raises NotInflated, and ValueError where there is nothing to inflate, or to inflate with; then writes nothing.
     """
-    if case.model.fidelity in ("lumped", "auto"):
-        raise ValueError(f"a case of fidelity {case.model.fidelity} has no grid of a shell to inflate; model.fidelity=full has")
+    if case.model.fidelity == "lumped":
+        raise ValueError("a case of fidelity lumped has no grid of a shell to inflate; model.fidelity=full has")
+    if case.model.fidelity == "auto":
+        case = level(case, "axisymmetric", 2 * case.grid.generatrix, case.grid.hoop)  # at rest a shell is round
     if case.pressure.largest == 0.0:
         raise ValueError("there is no pressure to inflate the shell with; pressure.value or a table with one is wanted")
     late = case.pressure.start == 0.0

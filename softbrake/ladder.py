@@ -1,8 +1,9 @@
 """The cheapest model that is good enough, on evidence: grids of the axisymmetric shell, beside it disturbed full shells.
 
 Axisymmetric shells cost milliseconds, so neighbouring grids of theirs tell what a grid does to the answer. Full shells of coarse
-grids, disturbed as sewing and handling leave them, tell whether the shell stays round and by how much the answer departs from that
-of a round one. Where it does not stay round, the answer is the mean of an ensemble of full shells, and its bar holds 19 of 20 drops.
+grids, disturbed as sewing and handling leave them, tell whether the shell stays round and by how much the answer departs from
+that of a round one. Where it does not stay round, the answer is the mean of an ensemble of full shells, and its bar holds 19 of
+20 drops.
 What was tried stands in the table of rungs. Budgets are CPU seconds, so that no answer hangs on what else a machine does.
 """
 
@@ -16,10 +17,9 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 from softbrake import drop
-from softbrake.case import Case, Fidelity, LongStep, auto_courant, long_steps
+from softbrake.case import Case, Fidelity, LongStep, level, long_steps
 from softbrake.convergence import estimate_of_neighbours, prediction
-from softbrake.drop import CLOCK, Diverged, Drop, Progress
-from softbrake.keys import CONTACT_SETS, UNKNOWN_CONTACT
+from softbrake.drop import CLIMBED, CLOCK, Diverged, Drop, Progress
 from softbrake.state import History, Outcome
 from softbrake.summary import Ensemble, Rung, Summary
 
@@ -34,14 +34,13 @@ MEMBERS = 8  # most of an ensemble on one grid
 # round its shell is, and where symmetry is lost the answer hangs on when, so an ensemble takes each.
 SEEDS = (1e-3, 1e-4, 1e-5, 1e-6)
 OUT_OF_ROUND = 0.05  # of the radius: more, and the shell is not axisymmetric; its square, 0.25 %, is what the answer feels
-DOUBTFUL = 10.0  # times a disturbance: a shell that let it grow by more may lose its symmetry on a finer grid
+DOUBTFUL = 1.0  # times a disturbance: a shell that lets it grow may lose its symmetry on a finer grid
 LEAST_SPEED = 0.05  # of the free-fall velocity: tolerances of smaller impact velocities are parts of this
 PEAKS = ("peak_deceleration", "peak_tension_generatrix", "peak_tension_hoop", "peak_tension_belt")
 PART = 0.5  # of the allowed error, that grids of the axisymmetric shell may take up
 COSTLIER = {"axisymmetric": FINER**3, "full": (FINE / SCREEN) ** 3.5}  # a run on the next finer grid, at most
 RATIOS = (0.57, 0.69, 0.83)  # of the cells, of the coarser neighbours of a grid that a case asks for
 SHOTS = 50  # looks at how round a shell is
-CLIMBED: tuple[Fidelity, ...] = ("lumped", "axisymmetric", "full")
 
 
 @dataclass(frozen=True)
@@ -72,8 +71,8 @@ class CutOff(Exception):
 def climb(case: Case, tolerance: float, budget: float = BUDGET, report: Callable[[Rung], None] | None = None) -> Climb:
     """Find the cheapest level and grid whose impact velocity is within a tolerance, relative. The Courant number is `auto`.
 
-    budget (CPU s): no run is begun that would take more, from what the last one took, but for one of each level. report: told each
-    rung as it is done. Raises Interrupted at Ctrl-C once there is an answer, Diverged where no grid of the level wanted has one.
+    budget (CPU s): no run is begun that would take more, from what the last one took, but for one of each level. report: told
+    each rung as it is done. Raises Interrupted at Ctrl-C once there is an answer, Diverged where no grid of the level wanted has one.
     """
     return _Climber(case, tolerance, budget, report).climb()
 
@@ -128,10 +127,14 @@ def _write(found: Climb, results: str | Path, progress: Callable[[Progress], Non
 
 
 def reached(case: Case, summary: Summary) -> bool:
-    """Whether the answer of a climb is within the case's tolerance."""
-    return case.tolerance is None or (
-        summary.impact_velocity_error is not None
-        and summary.impact_velocity_error <= allowed(case.tolerance, speed_of(summary), summary.free_fall_velocity)
+    """Whether the answer of a climb is within the case's tolerance, if it names one."""
+    return (
+        case.tolerance is None
+        or not case.insists
+        or (
+            summary.impact_velocity_error is not None
+            and summary.impact_velocity_error <= allowed(case.tolerance, speed_of(summary), summary.free_fall_velocity)
+        )
     )
 
 
@@ -166,25 +169,6 @@ def speed_of(summary: Summary) -> float:
 def disturbance(case: Case, seed: int) -> float:
     """Size (m) of the disturbance of a seed, 1 and up."""
     return SEEDS[(seed - 1) % len(SEEDS)] * 0.5 * case.shell.diameter
-
-
-def level(case: Case, fidelity: Fidelity, generatrix: int, hoop: int, courant: float | None = None) -> Case:
-    """The case at another level and grid, with the contact that this level knows; courant: None for `auto`."""
-    contact = case.contact
-    if fidelity == "axisymmetric" and "folds" in contact and "axis" not in contact:
-        contact = tuple(part for part in CONTACT_SETS["full"] if part in (*contact, "axis"))
-    contact = tuple(part for part in contact if part not in UNKNOWN_CONTACT[fidelity])
-    grid = replace(case.grid, generatrix=generatrix, hoop=hoop)
-    if courant is None:
-        courant = auto_courant(case.shell, case.fabric, grid)
-    return replace(
-        case,
-        contact=contact,
-        grid=grid,
-        time=replace(case.time, courant=courant),
-        model=replace(case.model, fidelity=fidelity, sector=None),
-        tolerance=None,
-    )
 
 
 @dataclass(frozen=True)
@@ -308,10 +292,11 @@ class _Climber:
             if plain is None:
                 assert self.diverged is not None
                 raise self.diverged
-        full = self.screen()
-        if plain is not None and all(run.out_of_round <= OUT_OF_ROUND for run in full):
-            return self.beside(plain, full)
-        return self.ensemble(full)
+        full, doubt = self.screen()
+        if plain is None or any(run.out_of_round > OUT_OF_ROUND for run in full):
+            return self.ensemble(full)
+        found = self.beside(plain, full)
+        return replace(found, error=math.inf, reason=f"{found.reason}; {doubt}") if doubt else found
 
     def axisymmetric(self) -> _Found | None:
         """Refine until grids beside one another agree to a part of the allowed error; None where all diverge."""
@@ -351,25 +336,27 @@ class _Climber:
         }
         return _Found(finest, energy, error, f"the axisymmetric shell on {len(runs)} grids beside one another", peaks)
 
-    def screen(self) -> list[_Run]:
-        """Disturbed full shells on a coarse grid, and on a finer one where the first lets the disturbance grow and time allows."""
+    def screen(self) -> tuple[list[_Run], str]:
+        """Disturbed full shells on a coarse grid, and on a finer one where they let a disturbance grow; and what is left open."""
         runs: list[_Run] = []
         for cells, seed in ((SCREEN, 1), (SCREEN, 3), (FINE, 1)):
-            case = self.at("full", cells)
-            if runs and runs[-1].out_of_round > OUT_OF_ROUND:
+            if any(run.out_of_round > OUT_OF_ROUND for run in runs):
+                break
+            if cells == FINE and all(run.out_of_round <= DOUBTFUL * SEEDS[run.seed - 1] for run in runs) and runs:
                 break
             if cells == FINE and runs and COSTLIER["full"] * runs[-1].seconds > self.left():
-                break
+                return runs, "whether it stays round takes a finer grid than the budget allows"
+            case = self.at("full", cells)
             try:
                 run = self.run(case, seed)
             except Diverged as diverged:
                 self.lost(case, diverged)
                 continue
             runs.append(run)
-            grown = f"{SEEDS[(seed - 1) % len(SEEDS)]:g} R grows to {run.out_of_round:.2g} R"
+            grown = f"{SEEDS[seed - 1]:g} R grows to {run.out_of_round:.2g} R"
             word = "not round" if run.out_of_round > OUT_OF_ROUND else "round"
             self.book(case, speed_of(run.summary), None, run.seconds, f"{word}: a disturbance of {grown}")
-        return runs
+        return runs, ""
 
     def beside(self, plain: _Found, full: Sequence[_Run]) -> _Found:
         """The answer of the axisymmetric shell; its error takes up how far full shells are off it on their own grids."""
@@ -388,19 +375,25 @@ class _Climber:
         return found
 
     def ensemble(self, screened: Sequence[_Run]) -> _Found:
-        """The mean of disturbed full shells, on a finer grid as well where the budget allows several there."""
+        """The mean of disturbed full shells, on a finer grid as well where the budget allows several there.
+
+        Shells of a grid that keeps them round, where a finer one does not, are no members: they only say how far that may be off.
+        """
         found, longest = None, 0.0
         for cells in (SCREEN, FINE):
             case = self.at("full", cells)
             members = [run for run in screened if run.cells == case.grid.generatrix]
             longest = max([longest * COSTLIER["full"], *(run.seconds for run in members)])
-            if cells == FINE and len(SEEDS) * longest > self.left():
+            if members and all(run.out_of_round <= OUT_OF_ROUND for run in members):
+                found = self.best = self.mean(members, None)
+                continue
+            if cells == FINE and found is not None and not members and len(SEEDS) * longest > self.left():
                 break
             more = cells == SCREEN and (1.0 + COSTLIER["full"]) * len(SEEDS) * longest < self.left()  # a finer grid is to follow
             part, before = (0.4 if more else 1.0) * self.left(), self.spent
             for seed in range(1, MEMBERS + 1):
-                enough = len(members) >= len(SEEDS) and found is not None and self.within(found) and cells == FINE
-                if enough or (len(members) > 1 and self.spent - before + longest > part):
+                enough = cells == FINE and len(members) >= len(SEEDS) and self.within(self.mean(members, found))
+                if enough or (len(members) > 1 and self.spent - before + longest > part) or (members and longest > self.left()):
                     break
                 if any(run.seed == seed for run in members):
                     continue
@@ -410,26 +403,23 @@ class _Climber:
                     self.lost(case, diverged)
                     continue
                 longest = max(run.seconds for run in members)
-                if len(members) > 1:
-                    found = self.best = self.mean(members, found)
-            if found is not None and len(members) > 1:
+            if members:
+                found = self.best = self.mean(members, found)
                 speed, error = speed_range(found.energy, found.error)
                 word = "within the tolerance" if self.within(found) else "they do not agree to it"
-                self.book(case, speed, error, self.spent - before, f"mean of {len(members)} shells: {word}")
+                self.book(case, speed, error, self.spent - before, f"mean of {len(members)}: {word}")
         if found is None:
-            if not screened:
-                assert self.diverged is not None
-                raise self.diverged
-            one = screened[-1]
-            found = _Found(one, kinetic(one.case, one.summary), math.inf, "one full shell is no ensemble")
+            assert self.diverged is not None
+            raise self.diverged
         return found
 
     def mean(self, members: Sequence[_Run], coarser: _Found | None) -> _Found:
         """Mean of shells of a grid, with what another drop may differ from it and by how much a coarser grid's mean is off."""
         energies = [kinetic(run.case, run.summary) for run in members]
         energy, error = prediction(energies)
-        if coarser is not None and coarser.run.cells != members[0].cells:
-            error = max(error, abs(coarser.energy - energy))
+        if coarser is not None:
+            apart = abs(coarser.energy - energy)
+            error = max(error, apart) if len(members) > 1 else 2.0 * apart
         nearest = min(members, key=lambda run: abs(kinetic(run.case, run.summary) - energy))
         values = {
             name: [getattr(run.summary, name) for run in members] for name in PEAKS if getattr(nearest.summary, name) is not None
@@ -442,7 +432,7 @@ class _Climber:
             nearest,
             energy,
             error,
-            f"{len(members)} full shells of {grid.generatrix} x {grid.hoop} cells that do not stay round",
+            f"{len(members)} full shells of {grid.generatrix} x {grid.hoop} cells, which do not stay round",
             {name: bar for name, (_, bar) in bars.items()},
             {name: middle for name, (middle, _) in bars.items()},
             Ensemble(len(members), min(speeds), max(speeds), min(sizes), max(sizes)),
@@ -524,8 +514,9 @@ def _with_error_bar(case: Case, summary: Summary, coarser: Sequence[Summary]) ->
 
 
 def probe(case: Case, seed: int = 0) -> tuple[Summary, float]:
-    """Return the answer of a case, its places disturbed if there is a seed, 1 and up; and how far it got out of round, over the radius.
+    """Return the answer of a case, and how far a full shell got out of round, over the radius.
 
+    seed: of a disturbance of its places, see `disturbance`; 0 for none.
     Raises Diverged, and KeyboardInterrupt at Ctrl-C.
     """
     falling = Drop(case)

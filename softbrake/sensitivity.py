@@ -7,8 +7,8 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 
 from softbrake.batch import Dropped, run_batch
-from softbrake.case import Case, CaseError, load_case, quantities
-from softbrake.ladder import PEAKS, level
+from softbrake.case import Case, CaseError, level, load_case, quantities
+from softbrake.ladder import PEAKS
 from softbrake.summary import Sensitivities, Sensitivity, Summary
 
 ANSWERS = ("impact_velocity", *PEAKS)

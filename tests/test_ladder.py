@@ -14,9 +14,9 @@ import pytest
 
 import softbrake
 from softbrake import drop, ladder
-from softbrake.case import Case
+from softbrake.case import Case, level
 from softbrake.drop import Diverged, Drop
-from softbrake.ladder import Climb, Interrupted, allowed, climb, disturbance, least_cells, level, reached, speed_of
+from softbrake.ladder import Climb, Interrupted, allowed, climb, disturbance, least_cells, reached, speed_of
 from softbrake.results import read_history, read_summary
 from softbrake.summary import Summary
 

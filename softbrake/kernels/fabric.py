@@ -5,9 +5,9 @@ least energy W0 of the orthotropic sheet over all wrinkles a >= 0, W(e1, e2) = m
 
     T1 = max(0, E11 e1, c11 e1 + c12 e2),    T2 = max(0, E22 e2, c22 e2 + c12 e1)
 
-per unloaded width: taut, wrinkled along one direction, or slack (Pipkin, IMA J. Appl. Math. 36, 1986). An edge pulls with the mean
-over its corners, so that all forces have one potential. Viscosity adds to the tension at a corner before it is cut at zero; what
-slackness takes from the sum counts as viscous work, which so is never positive.
+per unloaded width: taut, wrinkled along one direction, or slack (Pipkin, IMA J. Appl. Math. 36, 1986). An edge pulls with the
+mean over its corners, so that all forces have one potential. Viscosity adds to the tension at a corner before it is cut at zero;
+what slackness takes from the sum counts as viscous work, which so is never positive.
 
 The laws of (2.9) take the mean elongation of the edges across, and have no potential where they cut compression and nu12 > 0, or
 where tensions are per deformed width: force per unloaded width is T (1 + e) with the elongation e across for true tensions.
@@ -181,7 +181,7 @@ def update_shear(fabric, generatrix, hoop, cells, edge, lower, upper, cell, colu
 
 @kernel
 def strains_of_cell(fabric, generatrix, hoop, g, a, b):
-    """Return Green's strains along generatrix and hoop of a cell, and r1 r2, by r1 and r2 the means of its edge vectors. (2.6)."""
+    """Return Green's strains along generatrix and hoop of a cell, and r1 r2. Eq. (2.6), r1 and r2 the means of its edge vectors."""
     x1, x2 = generatrix.x[g] + generatrix.x[g + ONE], hoop.x[a] + hoop.x[b]
     y1, y2 = generatrix.y[g] + generatrix.y[g + ONE], hoop.y[a] + hoop.y[b]
     z1, z2 = generatrix.z[g] + generatrix.z[g + ONE], hoop.z[a] + hoop.z[b]
@@ -192,9 +192,9 @@ def strains_of_cell(fabric, generatrix, hoop, g, a, b):
 
 @kernel
 def diagonal_wrinkle(fabric, E1, E2, sine):
-    """Return the amplitude b of wrinkles along the diagonal that shear shortens, of a cell of strains E1, E2 and r1 r2 = sine >= 0.
+    """Return the amplitude b of wrinkles along the diagonal that shear shortens, of a cell of Green's strains E1, E2.
 
-    They add b to both strains and take 2 b from the sine, and cost nothing: b is that of least energy
+    sine: r1 r2, not negative. They add b to both strains and take 2 b from the sine, and cost nothing: b is that of least energy
     W(E1 + b, E2 + b) + G12 (sine - 2 b)²/2, where T1 + T2 = 2 T12, or 0. T1 + T2 of the tension field is the largest of four
     linear functions of b: slack, wrinkled along either direction, taut.
     """

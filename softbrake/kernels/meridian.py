@@ -1,9 +1,9 @@
 """One step of the axisymmetric shell, and its loop over steps: the limit of step.py's rows for columns that are all alike.
 
 Node i = 0 … n1 stands at radius x and height z, edge i between nodes i and i+1; all loops run along the generatrix. The column
-stands for a wedge of circles of the angle `side`, whose hoops pull a node inwards by `side` times their force. Equations as in step.py.
-Loops of a step take whole vectors, see rows.py. Beyond the free nodes they reach the row on the cover, which has no mass there
-and moves on its own, and then copies of that row, whose edges have no length and are slack.
+stands for a wedge of circles of the angle `side`, whose hoops pull a node inwards by `side` times their force. Equations as in
+step.py. Loops of a step take whole vectors, see rows.py. Beyond the free nodes they reach the row on the cover, which has no mass
+there and moves on its own, and then copies of that row, whose edges have no length and are slack.
 """
 
 from math import inf, sqrt
