@@ -423,8 +423,7 @@ class _CaseChecker(Checker):
     def grid(self, root: Node, shell: Values) -> Values:
         """Cells as given, else of a size that the scene wants."""
         grid = self.named(root, "grid")
-        model = root.value.get("model") if isinstance(root.value, dict) else None
-        asked = {name: item.value for name, item in model.value.items()} if model and isinstance(model.value, dict) else {}
+        asked = self.given(root, "model")
         sector = asked.get("sector")
         if asked.get("fidelity") == "sector" and isinstance(sector, int) and sector > 0:
             grid.setdefault("hoop", -(-HOOP // sector) * sector)
@@ -464,8 +463,9 @@ class _CaseChecker(Checker):
     def model(self, root: Node, grid: Values) -> Values:
         model, node = self.named(root, "model"), self.member(root, "model")
         if "fidelity" not in model:
-            own = [self.given(root, section) for section in ("grid", "model", "time")]
-            model["fidelity"] = "full" if own[0] or own[1] or "courant" in own[2] else "auto"
+            grid_given, time = self.given(root, "grid"), self.given(root, "time")
+            numerics = grid_given or model.get("scheme") == "cell" or "sector" in model or time.get("courant", "auto") != "auto"
+            model["fidelity"] = "full" if numerics else "auto"
         fidelity, sector, hoop = model.get("fidelity"), model.get("sector"), grid.get("hoop")
         if node is None or not isinstance(node.value, dict):
             return model
@@ -484,10 +484,10 @@ class _CaseChecker(Checker):
             self.fault(place, where, fault, "scheme: edge or fidelity: full is wanted")
         return model
 
-    def given(self, root: Node, name: str) -> set[str]:
-        """Keys that the file gives in a section."""
+    def given(self, root: Node, name: str) -> dict[str, Any]:
+        """What the file gives in a section, as it is written."""
         node = root.value.get(name) if isinstance(root.value, dict) else None
-        return set(node.value) if node is not None and isinstance(node.value, dict) else set()
+        return {key: item.value for key, item in node.value.items()} if node and isinstance(node.value, dict) else {}
 
     def initial(self, root: Node, top: Values, model: Values, pressure: Pressure) -> None:
         """A shell is inflated by the pressure it starts with."""

@@ -233,7 +233,7 @@ SECTIONS: dict[str, tuple[Key, ...]] = {
             tuple(UNKNOWN_CONTACT),
             "how much of the shell",
             "auto",
-            computed="auto: the cheapest that its scene allows; full where grid, scheme, sector or courant is given",
+            computed="auto: the cheapest that the scene allows; full where grid, cell scheme, sector or courant is given",
         ),
         Key("sector", int, "columns of the part (sector), which divide grid.hoop", "9", least=1, most=10_000),
     ),
@@ -362,7 +362,7 @@ def starter() -> str:
     lines += [_starter_line(key, "", key.name in ("title", "gravity")) for key in TOP]
     lines.append("contact: full".ljust(34) + f"# {_CONTACT}")
     for name, keys in SECTIONS.items():
-        live = [key for key in keys if key in needed(name) or key.default is not None or key.begun]
+        live = [key for key in keys if key in needed(name) or key.default is not None or key.begun] if name != "belts" else []
         lines.append(f"{'' if live else '# '}{name}:")
         lines += [_starter_line(key, "  ", key in live) for key in keys]
     return "\n".join(lines) + "\n"

@@ -72,7 +72,8 @@ def climb(case: Case, tolerance: float, budget: float = BUDGET, report: Callable
     """Find the cheapest level and grid whose impact velocity is within a tolerance, relative. The Courant number is `auto`.
 
     budget (CPU s): no run is begun that would take more, from what the last one took, but for one of each level. report: told
-    each rung as it is done. Raises Interrupted at Ctrl-C once there is an answer, Diverged where no grid of the level wanted has one.
+    each rung as it is done. Raises Interrupted at Ctrl-C once there is an answer, Diverged where no grid of the level wanted has
+    one.
     """
     return _Climber(case, tolerance, budget, report).climb()
 

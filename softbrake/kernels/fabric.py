@@ -181,7 +181,7 @@ def update_shear(fabric, generatrix, hoop, cells, edge, lower, upper, cell, colu
 
 @kernel
 def strains_of_cell(fabric, generatrix, hoop, g, a, b):
-    """Return Green's strains along generatrix and hoop of a cell, and r1 r2. Eq. (2.6), r1 and r2 the means of its edge vectors."""
+    """Return Green's strains along generatrix and hoop of a cell, and r1 r2. Eq. (2.6) by the means of its edge vectors."""
     x1, x2 = generatrix.x[g] + generatrix.x[g + ONE], hoop.x[a] + hoop.x[b]
     y1, y2 = generatrix.y[g] + generatrix.y[g + ONE], hoop.y[a] + hoop.y[b]
     z1, z2 = generatrix.z[g] + generatrix.z[g + ONE], hoop.z[a] + hoop.z[b]
