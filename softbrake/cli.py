@@ -160,8 +160,7 @@ def run(
     _show(summary, json, scale)
     if summary.outcome == "interrupted":
         raise typer.Exit(INTERRUPTED)
-    _check_sound(summary)
-    _check_reached(case, summary)
+    _check_sound(case, summary)
 
 
 @app.command()
@@ -521,10 +520,9 @@ def design(
         console.print_design(question, stop, found)
         options = [word for change in [*(overrides or ()), f"{path}={found.value:.6g}"] for word in ("--set", change)]
         typer.echo(f"next: {shlex.join(['softbrake', 'run', str(case_file), *options])}")
-    _check_sound(found.summary)
     if found.missed:
         _fail(f"{path}: {found.missed}", FAILED)
-    _check_reached(case, found.summary)
+    _check_sound(case, found.summary)
 
 
 @app.command()
@@ -780,14 +778,6 @@ def _check_scale(tension_scale: float | None) -> None:
         _fail("--dimensionless: the case has no pressure, and so no scale for tensions")
 
 
-def _check_reached(case: Case, summary: Summary) -> None:
-    """Exit code 1 where a tolerance was asked for and not reached."""
-    from softbrake.ladder import reached
-
-    if not reached(case, summary):
-        _fail(f"the tolerance of {case.tolerance:.3g} was not reached: {summary.fidelity_reason}", FAILED)
-
-
 def _show(summary: Summary, json: bool, tension_scale: float | None) -> None:
     from softbrake import console
 
@@ -797,7 +787,14 @@ def _show(summary: Summary, json: bool, tension_scale: float | None) -> None:
         console.print_summary(summary, tension_scale)
 
 
-def _check_sound(summary: Summary) -> None:
-    """Exit code 1 where a run that came to its end made energy of nothing."""
+def _check_sound(case: Case, summary: Summary) -> None:
+    """Exit code 1 where a run that came to its end made energy of nothing, or does not reach the tolerance that was asked for."""
+    from softbrake.ladder import reached
+
+    faults = []
     if summary.doubt is not None and summary.outcome != "diverged":
-        _fail(f"{summary.doubt}; try fabric.law=tension_field, or a smaller time.courant; docs/stability.md", FAILED)
+        faults.append(f"{summary.doubt}; try fabric.law=tension_field, or a smaller time.courant; docs/stability.md")
+    if not reached(case, summary):
+        faults.append(f"the tolerance of {case.tolerance:.3g} was not reached: {summary.fidelity_reason}")
+    if faults:
+        _fail("\n".join(faults), FAILED)

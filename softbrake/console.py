@@ -28,7 +28,7 @@ if TYPE_CHECKING:
 Piston = tuple["FullStop", list[tuple[float, Summary]]]
 
 STANDARD_GRAVITY = 9.80665  # m/s^2
-ROUND_OFF = 1e-12  # of the initial energy
+SHOWN = 1e-5  # of the initial energy: less than that is what steps of finite length leave
 SECONDS_BETWEEN_LINES = 2.0
 
 TENSIONS = ("generatrix", "hoop", "belt")
@@ -107,7 +107,7 @@ def print_summary(summary: Summary, tension_scale: float | None = None, console:
 
 def made_in_words(summary: Summary) -> str:
     """What made energy that no force gave, and how much of the initial energy."""
-    makers = [f"{name} {100 * made:.2g} %" for name, made in summary.energy_made.items() if made >= ROUND_OFF]
+    makers = [f"{name} {100 * made:.2g} %" for name, made in summary.energy_made.items() if made >= SHOWN]
     return ", ".join(makers) or "none"
 
 
@@ -284,7 +284,7 @@ def _work(summary: Summary) -> Table:
     if made_in_words(summary) == "none":
         table.add_row("energy from nowhere", "none")
     for name, made in summary.energy_made.items():
-        if made >= ROUND_OFF:
+        if made >= SHOWN:
             table.add_row(f"energy made by {name}", f"{100 * made:.2g} %", "", "of the initial energy, from nowhere")
     return table
 

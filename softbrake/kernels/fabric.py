@@ -74,7 +74,7 @@ def update_tension(fabric, edges, others, tension, place, edge, lower, upper, co
 
 @kernel
 def update_generatrix_tension(fabric, generatrix, hoop, tension, edge, lower, upper, columns):
-    """Update T11 of one row of generatrix edges, hoop edges of rows lower and upper around; see update_field_tension.
+    """Update T11 of one row of generatrix edges, Eq. (2.9) or the tension field, hoop edges of rows lower and upper around.
 
     upper  ──e22──┬──e22──
                  T11 e11
@@ -89,7 +89,7 @@ def update_generatrix_tension(fabric, generatrix, hoop, tension, edge, lower, up
 
 @kernel
 def update_hoop_tension(fabric, hoop, generatrix, tension, edge, below, above, columns):
-    """Update T22 of the hoop edges from column -1 on, generatrix edges of rows i-1/2, i+1/2; see update_field_tension."""
+    """Update T22 of the hoop edges from column -1 on, Eq. (2.9) or the tension field, generatrix edges of rows i-1/2, i+1/2."""
     first, place, count, c22, h1 = edge - ONE, FIRST - ONE, columns + 1, fabric.c22, fabric.h1
     if fabric.law == Law.TENSION_FIELD:
         update_field_tension(fabric, hoop, generatrix, tension, place, first, below, above, count, fabric.e22, c22, h1)

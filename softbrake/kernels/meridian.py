@@ -430,7 +430,7 @@ def stable_step_of_meridian(model, nodes, meridian):
         lean = max(meridian.e[i - ONE], meridian.e[i])
         square = t1 + joined(max(k1 - t1, 0.0), k2, (sqrt(lean) + coupling) ** 2)
         skew[i] = lean
-        rate = rate_of(model, by_row, i, square, joined(damping_1, damping_2, lean))
+        rate = rate_of(model, by_row, i, square, joined(damping_1, damping_2, lean), fabric.h2 * per_2)
         by_row.rate[i] = rate
         meridian.force[i] = rate
     return 2.0 / largest(meridian.force, ONE, n1 - 1)

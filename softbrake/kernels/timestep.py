@@ -131,7 +131,7 @@ def fastest_rate(model, by_row, i):
         square = max(square, shear_1 + t2, shear_2 + t1)
     else:
         square = max(joined(k1, k2, skew), t1 + t2, shear_1, shear_2)
-    return rate_of(model, by_row, i, square, joined(damping_1, damping_2, skew))
+    return rate_of(model, by_row, i, square, joined(damping_1, damping_2, skew), 1.0)
 
 
 @kernel
@@ -172,16 +172,17 @@ def poisson(fabric, e1, e2):
 
 
 @kernel
-def rate_of(model, by_row, i, square, damping):
+def rate_of(model, by_row, i, square, damping, around):
     """Return 2/dt (1/s) of w² (1/s^2) and D (1/s) with what the gas adds to them.
 
-    Pressure turns with the cloth: no more than p times the sum of the edges' lengths. By (2.11), 2 nu^n p for small velocities
+    Pressure turns with the cloth: no more than p times the sum of the edges' lengths, that of a generatrix edge as far as waves
+    run around the hoop: around, 1, or the angle of the column of an axisymmetric shell. By (2.11), 2 nu^n p for small velocities
     damps a node by its area, taken as if it acted along the wave.
     """
     fabric, pressure = model.fabric, model.pressure
     length_1 = fabric.h1 * (1.0 + max(by_row.e1[i - ONE], by_row.e1[i]))
     length_2 = fabric.h2 * (1.0 + by_row.e2[i])
     push = pressure.most * model.sector.gas * model.per_mass[i]
-    square += push * (length_1 + length_2)
+    square += push * (around * length_1 + length_2)
     damping += 2.0 * pressure.damping * push * length_1 * length_2
     return 0.5 * (damping + sqrt(damping * damping + 4.0 * square))
