@@ -170,13 +170,15 @@ def check(case_file: CaseFile, overrides: Overrides = None) -> None:
 
     case, designs = _load(case_file, overrides), _designs(case_file, overrides)
     cloth = case.fabric
+    chosen = f"chosen for an error of {case.tolerance:.2g}" if case.tolerance is not None else ""
+    cells = chosen or f"{case.grid.generatrix} x {case.grid.hoop} cells (generatrix x hoop)"
     heights = ", ".join(f"{belt.height:.4g}" for belt in case.belts)
     free_fall = (case.cargo.velocity**2 + 2 * case.gravity * case.shell.height) ** 0.5
     idle = f"  without effect      {', '.join(case.without_contact)}\n" if case.without_contact else ""
     typer.echo(
         f"{case_file}: OK\n"
         f"  {case.title}\n"
-        f"  grid                {case.grid.generatrix} x {case.grid.hoop} cells (generatrix x hoop), {case.model.scheme} scheme\n"
+        f"  grid                {cells}, {case.model.scheme} scheme\n"
         f"  fidelity            {case.model.fidelity}{f' of {case.model.sector} columns' if case.model.sector else ''}\n"
         f"  belts               {len(case.belts)}{f' at {heights} m' if heights else ''}\n"
         f"  contact             {contact_in_words(case.model.fidelity, case.contact)}\n"

@@ -51,7 +51,7 @@ class ModelUsed:
 def fabric_in_words(law: str, slack: str, G12: float, E11: float, E22: float) -> str:
     """Law of the fabric, and its shear modulus (N/m)."""
     carries = ", carries compression" if slack == "compression" else ", cut" if law != "tension_field" else ""
-    return f"{law}{carries}; G12 {G12:.4g} N/m, {G12 / min(E11, E22):.2g} of E"
+    return f"{law}{carries}; G12 {G12:.4g} N/m, {100 * G12 / min(E11, E22):.3g} % of E"
 
 
 def doubt_of(energy_made: dict[str, float]) -> str | None:
