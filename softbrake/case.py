@@ -653,16 +653,14 @@ def coarseness(case: Case) -> str | None:
     """Say what is wanted where the grid of a case is coarser than its scene needs; None where it is not, or will be chosen."""
     if case.tolerance is not None or case.model.fidelity == "lumped":
         return None
-    radius = 0.5 * case.shell.diameter
-    along = case.grid.generatrix * radius / case.shell.height
-    around = case.grid.hoop / (2.0 * math.pi)
-    faults = []
-    if along < COARSE:
-        wanted = math.ceil(FINE * case.shell.height / radius)
-        faults.append(f"grid.generatrix {case.grid.generatrix} has {along:.3g} cells in a radius, {wanted} would have {FINE}")
-    if around < COARSE and case.model.fidelity != "axisymmetric":
-        faults.append(f"grid.hoop {case.grid.hoop} has {around:.3g}, {HOOP} would have {HOOP / (2.0 * math.pi):.3g}")
-    return f"coarse: {'; '.join(faults)}; answers may be off by some per cent" if faults else None
+    height, diameter, grid, faults = case.shell.height, case.shell.diameter, case.grid, []
+    gap = min(b - a for a, b in pairwise([0.0, *sorted(belt.height for belt in case.belts), height]))
+    wanted = wanted_cells(height, diameter, gap or height, False)
+    if grid.generatrix * FINE < wanted * COARSE:
+        faults.append(f"grid.generatrix {grid.generatrix}, where this scene wants {wanted}")
+    if grid.hoop / (2.0 * math.pi) < COARSE and case.model.fidelity != "axisymmetric":
+        faults.append(f"grid.hoop {grid.hoop}, where {HOOP} are wanted")
+    return f"coarse grid: {' and '.join(faults)}; answers may be off by some per cent" if faults else None
 
 
 class LongStep(UserWarning):

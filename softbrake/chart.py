@@ -39,12 +39,12 @@ PARTS: tuple[tuple[Fidelity, Literal["edge", "cell"], tuple[float, ...]], ...] =
 POWERS = {"lumped": 1.0, "axisymmetric": 3.0, "sector": 3.5, "full": 3.5}  # of the grid, by which seconds rise at most
 REPEATED = 1.0  # s, runs below are timed three times
 SHARE = 2 / 3  # of the budget, at most, for the reference
-# The reference's grid over the finest shown, at least, by its fidelity and that of the run: they share the error of their grid.
-# Others, as the axisymmetric shell beside full ones, show the difference of the models, whatever their grid.
 ROUND = 720  # cells around the hoop of an axisymmetric shell, which does not feel them
 PROBE = 36  # cells along the generatrix of the full shell that is asked whether it stays round
 DOUBLINGS = 6
 STEPPED = 1.5  # refinement of the full shell
+# The reference's grid over the finest shown, at least, by its fidelity and that of the run: they share the error of their grid.
+# Others, as the axisymmetric shell beside full ones, show the difference of the models, whatever their grid.
 BEYOND: dict[str, dict[str, float]] = {"axisymmetric": {"axisymmetric": 4.0}, "full": {"full": STEPPED, "sector": STEPPED}}
 TOO_FINE = "too fine for the reference to judge"
 INTERRUPTED = "not run: interrupted"

@@ -97,7 +97,7 @@ def run(
         float, typer.Option("--budget", metavar="SECONDS", min=0.0, help="Most CPU time to spend on a tolerance.")
     ] = 60.0,
     with_error_bar: Annotated[
-        bool, typer.Option("--error-bar", help="Estimate the numerical error from two coarser companions.")
+        bool, typer.Option("--error-bar", help="Estimate the numerical error from three coarser neighbours.")
     ] = False,
     with_sensitivity: Annotated[
         bool, typer.Option("--sensitivity", help="What 1 % of each input of CASE does to the answer; four runs an input or more.")
@@ -358,7 +358,8 @@ def stability(
             _fail(error)
         for file in (picture, table):
             _check_place(file)
-    cases = [_at(one, "full") for one in (case, *_cases_along(case_file, overrides, axes))]
+    case = _at(case, "full")
+    cases = [case, *(_at(one, "full") for one in _cases_along(case_file, overrides, axes))]
     for one in cases:
         if one.model.fidelity == "lumped":
             _fail(f"{case_file}: a case of fidelity lumped has no grid whose waves could grow; --set model.fidelity=full")
@@ -375,7 +376,7 @@ def stability(
 
     try:
         if axes:
-            survey(lambda values: _load(case_file, [*(overrides or ()), *values]), axes, report)
+            survey(lambda values: _at(_load(case_file, [*(overrides or ()), *values]), "full"), axes, report)
         own = find_limit(case)
     except KeyboardInterrupt:
         if points:

@@ -17,7 +17,7 @@ from rich.progress import BarColumn, TextColumn
 from rich.progress import Progress as Bar
 from rich.table import Table
 
-from softbrake.summary import Inflation, Peak, Rung, Sensitivities, Summary, contact_in_words
+from softbrake.summary import Ensemble, Inflation, Peak, Rung, Sensitivities, Summary, contact_in_words
 
 if TYPE_CHECKING:
     from softbrake.case import FullStop
@@ -170,9 +170,14 @@ def outcome_in_words(summary: Summary) -> str:
 
 def _motion(summary: Summary) -> Table:
     table = _table()
-    if summary.impact_velocity is not None and summary.impact_time is not None:
-        bar = "" if summary.impact_velocity_error is None else f"± {summary.impact_velocity_error:.2g} m/s, "
-        table.add_row("impact velocity", f"{summary.impact_velocity:.5f}", "m/s", f"{bar}at {summary.impact_time:.5f} s")
+    if summary.impact_velocity is not None or summary.impact_velocity_error is not None:
+        bar = "" if summary.impact_velocity_error is None else f"± {summary.impact_velocity_error:.2g} m/s"
+        when = "" if summary.impact_time is None else f"at {summary.impact_time:.5f} s"
+        table.add_row("impact velocity", f"{summary.impact_velocity or 0.0:.5f}", "m/s", ", ".join(filter(None, (bar, when))))
+    if (found := summary.ensemble) is not None:
+        table.add_row(
+            f"  of {found.members} drops", f"{found.least:.5f}", "m/s", f"to {found.most:.5f} m/s, {disturbed_in_words(found)}"
+        )
     table.add_row("free-fall velocity", f"{summary.free_fall_velocity:.5f}", "m/s", "over the shell's height")
     if summary.velocity_reduction is not None:
         share = summary.velocity_reduction / summary.free_fall_velocity if summary.free_fall_velocity else 0.0
@@ -185,6 +190,12 @@ def _motion(summary: Summary) -> Table:
     if summary.filtered is not None and summary.filtered.fault is not None:
         table.add_row(f"  CFC {summary.filtered.cfc}", "–", "", summary.filtered.fault)
     return table
+
+
+def disturbed_in_words(found: Ensemble) -> str:
+    """How little the shells of an ensemble are out of round at the start."""
+    sizes = f"{found.smallest:g}" if found.smallest == found.largest else f"{found.smallest:g} to {found.largest:g}"
+    return f"disturbed by {sizes} R"
 
 
 def _tensions(summary: Summary, scale: float | None) -> Table:

@@ -71,9 +71,9 @@ class CutOff(Exception):
 def climb(case: Case, tolerance: float, budget: float = BUDGET, report: Callable[[Rung], None] | None = None) -> Climb:
     """Find the cheapest level and grid whose impact velocity is within a tolerance, relative. The Courant number is `auto`.
 
-    budget (CPU s): no run is begun that would take more, from what the last one took, but for one of each level. report: told
-    each rung as it is done. Raises Interrupted at Ctrl-C once there is an answer, Diverged where no grid of the level wanted has
-    one.
+    budget (CPU s): no run is begun that would take more, from what the last one took, but for the first of each level. report:
+    told each rung as it is done. Raises Interrupted at Ctrl-C once there is an answer, Diverged where no grid of the level wanted
+    has one.
     """
     return _Climber(case, tolerance, budget, report).climb()
 
@@ -93,7 +93,7 @@ def run(
     then say how far it got, and the result file holds one run of the level chosen: of an ensemble the member nearest the answer.
     Else `with_error_bar` asks for three coarser neighbours. Ctrl-C during a climb, or while its result file is written, gives
     outcome "interrupted" and what was found. Warns (LongStep) of a `time.courant` above 1. Other arguments and errors as of
-    `climb` and `drop.run`; ValueError where a grid is too coarse for companions.
+    `climb` and `drop.run`; ValueError where a grid is too coarse for neighbours.
     """
     if case.tolerance is not None:
         try:
@@ -198,6 +198,7 @@ class _Found:
     peaks: dict[str, float] = field(default_factory=dict)  # estimated errors
     means: dict[str, float] = field(default_factory=dict)  # of an ensemble's peaks
     ensemble: Ensemble | None = None
+    doubt: str | None = None  # of any run behind it
 
 
 def kinetic(case: Case, summary: Summary) -> float:
@@ -295,7 +296,7 @@ class _Climber:
                 raise self.diverged
         full, doubt = self.screen()
         if plain is None or any(run.out_of_round > OUT_OF_ROUND for run in full):
-            return self.ensemble(full)
+            return self.ensemble(full, plain)
         found = self.beside(plain, full)
         return replace(found, error=math.inf, reason=f"{found.reason}; {doubt}") if doubt else found
 
@@ -307,13 +308,16 @@ class _Climber:
             if not cells:
                 cells.append(FINER * runs[-1].cells * self.radius / self.case.shell.height)
             case = self.at("axisymmetric", cells.pop(0))
-            if COSTLIER["axisymmetric"] * last > 0.25 * self.left() or case.grid.generatrix > 10_000:
+            if COSTLIER["axisymmetric"] * last > 0.25 * self.left():
                 break
             try:
                 runs.append(self.run(case))
             except Diverged as diverged:
                 self.lost(case, diverged)
-                break
+                runs.clear()
+                if not cells or self.left() <= 0.0:
+                    break
+                continue
             last = runs[-1].seconds
             found = self.best = self.settled(runs[-NEIGHBOURS:])
             if len(runs) >= NEIGHBOURS:
@@ -335,7 +339,10 @@ class _Climber:
             for name in PEAKS
             if getattr(finest.summary, name) is not None
         }
-        return _Found(finest, energy, error, f"the axisymmetric shell on {len(runs)} grids beside one another", peaks)
+        reason = f"the axisymmetric shell on {len(runs)} grids beside one another"
+        return _Found(
+            finest, energy, error, reason, peaks, doubt=next((run.summary.doubt for run in runs if run.summary.doubt), None)
+        )
 
     def screen(self) -> tuple[list[_Run], str]:
         """Disturbed full shells on a coarse grid, and on a finer one where they let a disturbance grow; and what is left open."""
@@ -345,6 +352,8 @@ class _Climber:
                 break
             if cells == FINE and all(run.out_of_round <= DOUBTFUL * SEEDS[run.seed - 1] for run in runs) and runs:
                 break
+            if len(runs) == 1 and cells == SCREEN and runs[0].seconds > self.left():
+                continue
             if cells == FINE and runs and COSTLIER["full"] * runs[-1].seconds > self.left():
                 return runs, "whether it stays round takes a finer grid than the budget allows"
             case = self.at("full", cells)
@@ -366,27 +375,31 @@ class _Climber:
             twin = self.run(level(self.case, "axisymmetric", run.cells, run.case.grid.hoop))
             apart = max(apart, abs(kinetic(run.case, run.summary) - kinetic(twin.case, twin.summary)))
             for name in peaks:
-                peaks[name] += abs(getattr(run.summary, name) - getattr(twin.summary, name)) / len(full)
-        reason = f"{plain.reason}; full shells stay round"
+                off = abs(getattr(run.summary, name) - getattr(twin.summary, name))
+                peaks[name] = max(peaks[name], plain.peaks[name] + off)
         if not full:
             return replace(plain, error=math.inf, reason=f"{plain.reason}; no full shell reaches its end beside it")
-        found = self.best = replace(plain, error=plain.error + apart, peaks=peaks, reason=reason)
+        found = self.best = replace(
+            plain, error=plain.error + apart, peaks=peaks, reason=f"{plain.reason}; full shells stay round"
+        )
+        found.doubt = found.doubt or next((run.summary.doubt for run in full if run.summary.doubt), None)
         if not self.within(found):
-            found.reason += ", but their disturbances move the answer" if apart > plain.error else ", the budget is used up"
+            found.reason += ", but are off it" if apart > plain.error else ", but its grids do not agree"
         return found
 
-    def ensemble(self, screened: Sequence[_Run]) -> _Found:
+    def ensemble(self, screened: Sequence[_Run], plain: _Found | None) -> _Found:
         """The mean of disturbed full shells, on a finer grid as well where the budget allows several there.
 
         Shells of a grid that keeps them round, where a finer one does not, are no members: they only say how far that may be off.
+        What one grid alone may be off, the axisymmetric shell tells, plain: its answer; where there is none, nothing is claimed.
         """
-        found, longest = None, 0.0
+        found, longest, grids = None, 0.0, 0
         for cells in (SCREEN, FINE):
             case = self.at("full", cells)
             members = [run for run in screened if run.cells == case.grid.generatrix]
             longest = max([longest * COSTLIER["full"], *(run.seconds for run in members)])
-            if members and all(run.out_of_round <= OUT_OF_ROUND for run in members):
-                found = self.best = self.mean(members, None)
+            if members and plain is not None and all(run.out_of_round <= OUT_OF_ROUND for run in members):
+                found, grids = self.mean(members, None), 1
                 continue
             if cells == FINE and found is not None and not members and len(SEEDS) * longest > self.left():
                 break
@@ -405,7 +418,10 @@ class _Climber:
                     continue
                 longest = max(run.seconds for run in members)
             if members:
-                found = self.best = self.mean(members, found)
+                found, grids = self.mean(members, found), grids + 1
+                if grids == 1:
+                    found.error += self.off_grid(members[0], plain)
+                self.best = found
                 speed, error = speed_range(found.energy, found.error)
                 word = "within the tolerance" if self.within(found) else "they do not agree to it"
                 self.book(case, speed, error, self.spent - before, f"mean of {len(members)}: {word}")
@@ -414,13 +430,20 @@ class _Climber:
             raise self.diverged
         return found
 
+    def off_grid(self, run: _Run, plain: _Found | None) -> float:
+        """By how much the axisymmetric shell on the grid of a run is off its own answer (m^2/s^2); inf where it has none."""
+        if plain is None:
+            return math.inf
+        twin = self.run(level(self.case, "axisymmetric", run.cells, run.case.grid.hoop))
+        return abs(kinetic(twin.case, twin.summary) - plain.energy)
+
     def mean(self, members: Sequence[_Run], coarser: _Found | None) -> _Found:
         """Mean of shells of a grid, with what another drop may differ from it and by how much a coarser grid's mean is off."""
         energies = [kinetic(run.case, run.summary) for run in members]
         energy, error = prediction(energies)
         if coarser is not None:
             apart = abs(coarser.energy - energy)
-            error = max(error, apart) if len(members) > 1 else 2.0 * apart
+            error = max(error, apart) if len(members) > 1 else max(coarser.error, 2.0 * apart)
         nearest = min(members, key=lambda run: abs(kinetic(run.case, run.summary) - energy))
         values = {
             name: [getattr(run.summary, name) for run in members] for name in PEAKS if getattr(nearest.summary, name) is not None
@@ -433,10 +456,12 @@ class _Climber:
             nearest,
             energy,
             error,
-            f"{len(members)} full shells of {grid.generatrix} x {grid.hoop} cells, which do not stay round",
+            f"{len(members)} full shells of {grid.generatrix} x {grid.hoop} cells"
+            + (", which do not stay round" if any(run.out_of_round > OUT_OF_ROUND for run in members) else ""),
             {name: bar for name, (_, bar) in bars.items()},
             {name: middle for name, (middle, _) in bars.items()},
             Ensemble(len(members), min(speeds), max(speeds), min(sizes), max(sizes)),
+            next((run.summary.doubt for run in members if run.summary.doubt), None),
         )
 
     def done(self, found: _Found) -> Climb:
@@ -449,8 +474,12 @@ class _Climber:
             if not within:
                 reason += "; this scene does not determine the impact velocity better"
         impact = speed if found.energy > 0.0 else None
+        ending = "stopped" if impact is None else "impact"  # the mean's: the run nearest it may end otherwise
         summary = replace(
             _with_means(base, found.means),
+            outcome=base.outcome if base.outcome == "time_limit" else ending,  # type: ignore[arg-type]
+            impact_time=base.impact_time if impact is not None else None,
+            doubt=base.doubt or found.doubt,
             impact_velocity=impact,
             velocity_reduction=None if impact is None else base.free_fall_velocity - impact,
             impact_velocity_error=error if math.isfinite(error) else None,
@@ -482,6 +511,8 @@ def _with_means(summary: Summary, means: dict[str, float]) -> Summary:
 
 def neighbours(case: Case) -> list[Summary]:
     """Answers on coarser grids, 0.57 to 0.83 as many cells both ways. ValueError where a grid is too coarse for that."""
+    if case.model.fidelity == "lumped":
+        raise ValueError("a lumped run has no grid, and so no error bar of one")
     coarser = []
     for ratio in RATIOS:
         n1, hoop = round(case.grid.generatrix * ratio), round(case.grid.hoop * ratio)
@@ -511,7 +542,8 @@ def _with_error_bar(case: Case, summary: Summary, coarser: Sequence[Summary]) ->
     }
     order = "no clear order" if found.order is None else f"order {found.order:g}"
     reason = f"four grids beside one another, {order}; of the grid alone"
-    return replace(summary, impact_velocity_error=error, peak_errors=dict(peaks), fidelity_reason=reason)
+    doubt = next((run.doubt for run in runs if run.doubt), None)
+    return replace(summary, impact_velocity_error=error, peak_errors=dict(peaks), fidelity_reason=reason, doubt=doubt)
 
 
 def probe(case: Case, seed: int = 0) -> tuple[Summary, float]:

@@ -59,6 +59,8 @@ def _item(node: Node, name: str, path: str, place: Place, report: Report) -> Nod
 def _drop_alternatives(members: dict[str, Node], section: str, name: str) -> None:
     if section == "fabric" and name in ("E11", "E22") and "E" in members:
         members["E11"] = members["E22"] = members.pop("E")
+    if section == "fabric" and name in ("nu12", "nu21"):  # either follows from the other
+        members.pop("nu21" if name == "nu12" else "nu12", None)
     for groups in ALTERNATIVES.get(section, ()):
         if any(name in group for group in groups):
             for other in [key for group in groups if name not in group for key in group]:

@@ -61,6 +61,7 @@ class Held:
         sinking = 0.5 * model.sector.copies * HEAVY * SINKING**2
         state.now[History.KINETIC_ENERGY] = state.kinetic_start[0] = sinking
         state.stored[:] = inf  # what the shell has stored is not known
+        state.made[:] = 0.0
         for part in state.work:
             part[:] = 0.0
 

@@ -14,7 +14,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from softbrake.console import STANDARD_GRAVITY, TENSIONS, made_in_words, outcome_in_words
+from softbrake.console import STANDARD_GRAVITY, TENSIONS, disturbed_in_words, made_in_words, outcome_in_words
 from softbrake.keys import CONTACT, key_at
 from softbrake.page import Curve, Mark, chart, page, table
 from softbrake.plot import cut, moments
@@ -170,7 +170,10 @@ def _answers(case: dict[str, Any], summary: Summary) -> str:
     cards: list[tuple[str, str, str, bool]] = []
     if summary.impact_velocity is not None:
         value = f"{summary.impact_velocity:.3f}{bar(summary.impact_velocity_error, 1.0)} m/s"
-        cards.append(("impact velocity", value, f"free fall {summary.free_fall_velocity:.3f} m/s", False))
+        notes = [f"free fall {summary.free_fall_velocity:.3f} m/s"]
+        if (found := summary.ensemble) is not None:
+            notes.append(f"{found.members} drops, {found.least:.3f} to {found.most:.3f} m/s, {disturbed_in_words(found)}")
+        cards.append(("impact velocity", value, "; ".join(notes), False))
     else:
         cards.append(("lowest height", f"{summary.minimum_height:.4g} m", "no impact", False))
     peak = f"{summary.peak_deceleration / STANDARD_GRAVITY:.2f}{peak_bar('peak_deceleration', 1 / STANDARD_GRAVITY)} g"

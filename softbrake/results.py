@@ -27,7 +27,7 @@ from numpy.typing import NDArray
 
 from softbrake.case import Case, case_to_dict
 from softbrake.state import UNITS, Floats, History
-from softbrake.summary import FilteredPeaks, Inflation, ModelUsed, Peak, Rung, Sensitivities, Sensitivity, Summary, Work
+from softbrake.summary import Ensemble, FilteredPeaks, Inflation, ModelUsed, Peak, Rung, Sensitivities, Sensitivity, Summary, Work
 
 
 class ResultError(Exception):
@@ -212,6 +212,8 @@ def read_summary(path: Path | str) -> Summary | None:
         text["peaks"] = {name: _read_peak(peak) for name, peak in text["peaks"].items()}
         text["work"] = Work(**text["work"])
         text["model"] = ModelUsed(**text["model"])
+        if text.get("ensemble") is not None:
+            text["ensemble"] = Ensemble(**text["ensemble"])
         text["ladder"] = [Rung(**rung) for rung in text["ladder"]]
         if (found := text.get("sensitivity")) is not None:
             text["sensitivity"] = Sensitivities(**{**found, "inputs": [Sensitivity(**row) for row in found["inputs"]]})

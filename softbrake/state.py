@@ -223,10 +223,7 @@ class Contact(NamedTuple):
 class Sector(NamedTuple):
     """How the columns make up the hoop: it repeats them, turned about the axis."""
 
-    copies: (
-        float  # circumference over the unloaded edges of the columns: more than 1 where they are all of the hoop, for cloth is
-    )
-    # on arcs and edges are their chords
+    copies: float  # circumference over the columns' unloaded edges, which are chords: a little over 1 where they are all
     gas: float  # area between arcs over that between chords, per length of cloth: 1/cos of half the angle between two columns
     cos: float  # of the angle of a sector, exactly 1 where there is only one
     sin: float  # exactly 0 there

@@ -350,6 +350,7 @@ def top_tensions(model: Model, x: Floats, v: Floats) -> dict[History, tuple[floa
     else:
         (generatrix, hoop), hoop_rows = cell_tensions(model.fabric, x, v), centres
     found = {}
+    sheared = sheared_tensions(model.fabric, x)
     for which, tension, where in (
         (History.TENSION_GENERATRIX, generatrix.whole, centres),
         (History.TENSION_HOOP, hoop.whole, hoop_rows),
@@ -357,7 +358,22 @@ def top_tensions(model: Model, x: Floats, v: Floats) -> dict[History, tuple[floa
     ):
         value = tension.max(initial=0.0)
         found[which] = (float(value), float(where[tension.max(axis=1).argmax()]) if value > 0.0 else 0.0)
+    for which, tension in zip((History.TENSION_GENERATRIX, History.TENSION_HOOP), sheared, strict=True):
+        if tension.max() > found[which][0]:
+            found[which] = (float(tension.max()), float(centres[tension.max(axis=1).argmax()]))
     return found
+
+
+def sheared_tensions(fabric: Fabric, x: Floats) -> tuple[Floats, Floats]:
+    """Tensions of the cells whose diagonal wrinkles shear straightens, 0 of others."""
+    r1, r2 = cell_directions(fabric, x)
+    E1, E2, sine = 0.5 * (dot(r1, r1) - 1.0), 0.5 * (dot(r2, r2) - 1.0), np.abs(dot(r1, r2))
+    if fabric.law != Law.TENSION_FIELD or fabric.g12 == 0.0:
+        return 0.0 * sine, 0.0 * sine
+    b = diagonal_wrinkle(fabric, E1, E2, sine)
+    some = sum(field_tensions(fabric, E1, E2)) < 2.0 * fabric.g12 * sine
+    one, two = field_tensions(fabric, E1 + b, E2 + b)
+    return np.where(some, one, 0.0), np.where(some, two, 0.0)
 
 
 def forces_of(model: Model, x: Floats, v: Floats, time: float) -> Forces:

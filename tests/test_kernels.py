@@ -254,14 +254,14 @@ def test_cell_tensions_and_forces(shell: Shell) -> None:
 def test_shear_forces(shell: Shell) -> None:
     """In a tension field with those of the wrinkles that it straightens."""
     model, (g, h, cells), wrinkled = shell.model, whole_grid(shell.model, shell.nodes), []
-    cloth = model.fabric._replace(g12=300.0)
+    cloth, tensions = model.fabric._replace(g12=300.0), np.zeros((2, model.stride))
 
     def add(i: int, row: Rows, above: Rows) -> None:
         here, upper = at(model, i), at(model, i + 1)
         wrinkled.append(fabric.update_shear(cloth, g, h, cells, here, here, upper, here, model.n2))
         fabric.add_shear_forces(g, h, cells, row, above, here, here, upper, here, model.n2)
         if wrinkled[-1]:
-            fabric.add_diagonal_tension(cloth, g, h, cells, here, here, upper, here, model.n2, False)
+            fabric.add_diagonal_tension(cloth, g, h, cells, *tensions, here, here, upper, here, model.n2, False)
             fabric.add_cell_forces(g, h, cells, row, above, here, here, upper, here, model.n2)
 
     close(gather(model, range(model.n1), add), naive.shear_forces(cloth, shell.x))
@@ -657,7 +657,7 @@ def shear_of(e1: float, e2: float, angle: float, g12: float) -> tuple[float, flo
     edges[0].z[:], edges[0].x[:] = 0.1 * (1.0 + e1) * cos(angle), 0.1 * (1.0 + e1) * sin(angle)
     edges[1].x[:] = 0.1 * (1.0 + e2)
     wrinkled = fabric.update_shear(cloth, *edges, cells, row, row, row, row, 1)
-    fabric.add_diagonal_tension(cloth, *edges, cells, row, row, row, row, 1, False)
+    fabric.add_diagonal_tension(cloth, *edges, cells, *np.zeros((2, 4 * PAD)), row, row, row, row, 1, False)
     assert wrinkled == (cells.force_1[row] > 0.0 or (wrinkled and e1 < 0.0 and e2 < 0.0))
     return 4.0 * float(cells.shear[row]), 4.0 * float(cells.force_1[row])
 
@@ -692,7 +692,7 @@ def test_sheared_cloth_has_a_potential() -> None:
         r1, r2 = np.array([(1.0 + a) * sin(c), (1.0 + a) * cos(c)]), np.array([1.0 + b, 0.0])
         edges[0].x[:], edges[0].z[:], edges[1].x[:] = 0.1 * r1[0], 0.1 * r1[1], 0.1 * r2[0]
         fabric.update_shear(cloth, *edges, cells, row, row, row, row, 1)
-        fabric.add_diagonal_tension(cloth, *edges, cells, row, row, row, row, 1, False)
+        fabric.add_diagonal_tension(cloth, *edges, cells, *np.zeros((2, 4 * PAD)), row, row, row, row, 1, False)
         t12, t1, t2 = (4.0 * float(part[row]) for part in (cells.shear, cells.force_1, cells.force_2))
         works.append((np.concatenate((r1, r2)), np.concatenate((t1 * r1 + t12 * r2, t2 * r2 + t12 * r1))))
     places, forces = (np.array(part) for part in zip(*works, strict=True))

@@ -207,11 +207,12 @@ def diagonal_wrinkle(fabric, E1, E2, sine):
 
 
 @kernel
-def add_diagonal_tension(fabric, generatrix, hoop, cells, edge, lower, upper, cell, columns, onto):
+def add_diagonal_tension(fabric, generatrix, hoop, cells, tension_1, tension_2, edge, lower, upper, cell, columns, onto):
     """Add the tensions that shear brings where it straightens the wrinkles of a row of cells, those of update_shear.
 
     The potential of shear falls with either strain: T(E1 + b, E2 + b) - T(E1, E2) along generatrix and hoop.
-    onto: whether cells already have tensions. Writes cells.force_1, force_2, elastic_1, elastic_2 as update_cell_tension.
+    onto: whether cells already have tensions. Writes cells.force_1, force_2, elastic_1, elastic_2 as update_cell_tension; for the
+    report, tension_1, tension_2 (N/m) of the cells with what shear brings, 0 without such wrinkles.
     """
     aspect = 0.25 * fabric.h2 / fabric.h1
     per_aspect = 0.0625 / aspect
@@ -223,10 +224,12 @@ def add_diagonal_tension(fabric, generatrix, hoop, cells, edge, lower, upper, ce
         E1, E2, sine = strains_of_cell(fabric, generatrix, hoop, g, a, b)
         free = diagonal_wrinkle(fabric, E1, E2, abs(sine))
         F1, F2 = E1 + free, E2 + free
-        lift_1 = max(fabric.e11 * F1, fabric.c11 * F1 + fabric.c12 * F2, 0.0)
-        lift_2 = max(fabric.e22 * F2, fabric.c22 * F2 + fabric.c12 * F1, 0.0)
-        lift_1 = aspect * (lift_1 - max(fabric.e11 * E1, fabric.c11 * E1 + fabric.c12 * E2, 0.0))
-        lift_2 = per_aspect * (lift_2 - max(fabric.e22 * E2, fabric.c22 * E2 + fabric.c12 * E1, 0.0))
+        pull_1 = max(fabric.e11 * F1, fabric.c11 * F1 + fabric.c12 * F2, 0.0)
+        pull_2 = max(fabric.e22 * F2, fabric.c22 * F2 + fabric.c12 * F1, 0.0)
+        tension_1[FIRST + j - ONE] = pull_1 if free > 0.0 else 0.0
+        tension_2[FIRST + j - ONE] = pull_2 if free > 0.0 else 0.0
+        lift_1 = aspect * (pull_1 - max(fabric.e11 * E1, fabric.c11 * E1 + fabric.c12 * E2, 0.0))
+        lift_2 = per_aspect * (pull_2 - max(fabric.e22 * E2, fabric.c22 * E2 + fabric.c12 * E1, 0.0))
         cells.force_1[c] = lift_1 + (cells.force_1[c] if onto else 0.0)
         cells.force_2[c] = lift_2 + (cells.force_2[c] if onto else 0.0)
         cells.elastic_1[c] = lift_1 + (cells.elastic_1[c] if onto else 0.0)

@@ -169,7 +169,7 @@ def add_jump_work(model, state, sweep, dt, length):
         if i <= last and shear:
             wrinkled = update_shear(fabric, g, h, cells, row, hoop, hoop_above, row, n2)
         if wrinkled:
-            add_diagonal_tension(fabric, g, h, cells, row, hoop, hoop_above, row, n2, not edge_scheme)
+            add_diagonal_tension(fabric, g, h, cells, tension_1, tension_2, row, hoop, hoop_above, row, n2, not edge_scheme)
         if first <= i <= last:
             halve_jumps(nodes, free, mean, sector, node, row, n2)
             update_area_vectors(g, h, sweep.area, row, below, hoop, hoop_above, hoop_below, n2)  # (2.7)

@@ -145,7 +145,9 @@ def sweep_rows(model, state, sweep, halves, half, parting):
             wrinkled = update_shear(fabric, g, h, cells, row, hoop, hoop_above, row, n2)
             add_shear_forces(g, h, cells, force, force_above, row, hoop, hoop_above, row, n2)  # (2.2)
         if wrinkled:
-            add_diagonal_tension(fabric, g, h, cells, row, hoop, hoop_above, row, n2, not edge_scheme)
+            add_diagonal_tension(fabric, g, h, cells, tension_1, tension_2, row, hoop, hoop_above, row, n2, not edge_scheme)
+            update_top(tension_1, top_1, i + 0.5, n2)
+            update_top(tension_2, top_2, i + 0.5, n2)
         if i < stop and (wrinkled or not edge_scheme):
             add_cell_forces(g, h, cells, force, force_above, row, hoop, hoop_above, row, n2)  # (3.2)
         if belted:
