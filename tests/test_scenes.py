@@ -90,8 +90,8 @@ def most_hoop_tension(of: Case) -> float:
 
     A ring of stretch e has taken p R (e + e²/2) of the gas per unloaded area. The tension field's energy is no less than
     E22 e²/2, what is left where the generatrix is slack, nor than T2²/(2 C22), where it is held, C22 = E22/(1 - nu12 nu21).
-    So e <= 2 p R/(E22 - p R) where the generatrix is no longer than unloaded, and T2² <= 2 C22 p R (e + e²/2) = C22 E22 e². Without Poisson's effect, and for small stretches,
-    it is twice that of the pressure.
+    So e <= 2 p R/(E22 - p R) where the generatrix is no longer than unloaded, and T2² <= 2 C22 p R (e + e²/2) = C22 E22 e².
+    Without Poisson's effect, and for small stretches, that is 2 p R.
     """
     push, modulus = of.pressure.value * 0.5 * of.shell.diameter, of.fabric.E22
     return 2.0 * push / (1.0 - push / modulus) / math.sqrt(1.0 - of.fabric.nu12 * of.fabric.nu21)
