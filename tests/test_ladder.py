@@ -365,10 +365,9 @@ def test_printed_scheme_is_answered_by_full_shells(made_up: MadeUp) -> None:
     assert found.case.model.scheme == "cell"
 
 
-@pytest.mark.parametrize("not_told", [True, False])
-def test_belts_keep_off_the_covers_on_every_grid(not_told: bool, made_up: MadeUp) -> None:
-    if not_told:
-        made_up.out = not_round
+@pytest.mark.parametrize("out", [None, not_round])
+def test_belts_keep_off_the_covers_on_every_grid(out: Callable[[Case, int], float] | None, made_up: MadeUp) -> None:
+    made_up.out = out or made_up.out
     many = case("paper", "belts.count=60", "grid.generatrix=90", "belts.width=2 mm")
     climb(many, 0.2)
     assert least_cells(many) > 30
@@ -399,6 +398,16 @@ def test_budget_is_kept(out: Callable[[Case, int], float] | None, made_up: MadeU
     for budget in (1.0, 4.0, 16.0, 64.0):
         assert spent(made_up, budget) <= budget + least
     assert spent(made_up, 64.0) > 2.0
+
+
+@pytest.mark.parametrize(("budget", "members"), [(15.0, 1), (25.0, 2), (35.0, 3)])
+def test_member_beyond_the_budget_is_not_begun(budget: float, members: int, made_up: MadeUp) -> None:
+    """Full shells of 10 s each; one alone is no claim."""
+    made_up.out, made_up.energy = not_round, scattered
+    made_up.seconds = lambda of: 10.0 if of.model.fidelity == "full" else 1e-3
+    summary = climb(case(), 0.001, budget).summary
+    assert len(made_up.of("full")) == members
+    assert (summary.impact_velocity_error is None) == (members == 1)
 
 
 def test_budget_is_of_processor_time(made_up: MadeUp, monkeypatch: pytest.MonkeyPatch) -> None:
