@@ -10,7 +10,8 @@ import pytest
 from conftest import Command
 
 import softbrake
-from softbrake.case import CaseError, full_stop, load_case, quantities
+from softbrake import design
+from softbrake.case import Case, CaseError, full_stop, level, load_case, quantities
 from softbrake.design import NUDGE, WIDTH, NotReached, Point, Target, _close_in, ask, find, piston
 from softbrake.kernels.pressure import pressure_at
 from softbrake.ladder import Climb
@@ -120,14 +121,25 @@ def test_values_at_which_the_fabric_bursts_do_no_harm() -> None:
     assert soft.summary.outcome == "stopped"
 
 
-def test_tolerance_chooses_the_level_and_checks_the_value_found() -> None:
-    question = ask(NO_BELTS, ["tolerance=2%", "contact=[ground, cover, cargo]"])
+def test_tolerance_chooses_the_level_and_checks_the_value_found(monkeypatch: pytest.MonkeyPatch) -> None:
+    """By two climbs, made up: of the case, and of it with the value found."""
+    climbed: list[float] = []
+
+    def made_up(case: Case, tolerance: float, budget: float, report: object) -> Climb:
+        climbed.append(case.pressure.value)
+        chosen = level(case, "axisymmetric", 18, 120)
+        answer = replace(softbrake.run(chosen), impact_velocity_error=0.1, fidelity_reason=f"{tolerance:g} in {budget:g} s")
+        return Climb(chosen, answer)
+
+    monkeypatch.setattr(design, "climb", made_up)
+    question = ask(NO_BELTS, ["tolerance=2%", "contact=solid"], budget=7.0)
     case = question.load(18e3)
-    assert case.model.fidelity == "axisymmetric" and case.tolerance is None
+    assert (case.model.fidelity, case.grid.generatrix, case.tolerance) == ("axisymmetric", 18, None)
     assert case.pressure.value == 18e3
     found = find(question)
     assert not found.missed
-    assert found.summary.ladder and "round" in str(found.summary.fidelity_reason)
+    assert climbed == [15696.0, found.value]
+    assert found.summary.fidelity_reason == "0.02 in 7 s"
 
 
 def test_check_beside_the_target_is_said() -> None:

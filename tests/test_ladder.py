@@ -1,34 +1,51 @@
-"""The choice of level and grid for a tolerance: errors that are kept, levels left on evidence, limits said."""
+"""The choice of level and grid for a tolerance: errors that are kept, levels left on evidence, limits said.
+
+Most drops are made up, for what they answer, how round they stay and what they cost: a climb cannot tell.
+"""
 
 import json
 import math
-import os
-import statistics
-import subprocess
 import sys
 import time
-from dataclasses import replace
+from collections.abc import Callable
+from dataclasses import dataclass, field, replace
+from functools import cache
+from itertools import pairwise
 from pathlib import Path
+from types import SimpleNamespace
 
 import pytest
+from conftest import Command
+from typer.testing import CliRunner
 
 import softbrake
 from softbrake import drop, ladder
-from softbrake.case import Case, level
+from softbrake.case import Case, full_stop, level
+from softbrake.cli import app
+from softbrake.convergence import prediction
 from softbrake.drop import Diverged, Drop
-from softbrake.ladder import Climb, Interrupted, allowed, climb, disturbance, least_cells, reached, speed_of
+from softbrake.ladder import (
+    NEIGHBOURS,
+    SCREEN,
+    SEEDS,
+    Climb,
+    Interrupted,
+    allowed,
+    climb,
+    disturbance,
+    kinetic,
+    least_cells,
+    reached,
+    speed_of,
+    speed_range,
+)
 from softbrake.results import read_history, read_summary
-from softbrake.summary import Summary
+from softbrake.summary import Ensemble, Peak, Rung, Summary
 
 CONFIGS = Path(__file__).resolve().parents[1] / "configs"
+NO_BELTS = CONFIGS / "no-belts.yaml"
 SOLID = "contact=[ground, cover, cargo]"
-SMALL = (
-    "shell={diameter: 0.3, height: 0.3}",
-    "cargo={mass: 10, velocity: 4}",
-    "pressure.value=3600",
-    "fabric.viscosity=0.05",
-    "fabric.E=8 kN/m",
-)
+STOPPING = ("pressure.value=30 kPa", "cargo.velocity=4")
 
 
 def case(name: str = "no-belts", *overrides: str) -> Case:
@@ -37,147 +54,411 @@ def case(name: str = "no-belts", *overrides: str) -> Case:
 
 def fine(of: Case, cells: int = 288) -> float:
     """Impact velocity (m/s) of the axisymmetric shell on a grid beyond those of a climb."""
-    return speed_of(softbrake.run(level(of, "axisymmetric", cells, 10_000)))
+    return _speed(level(of, "axisymmetric", cells, 10_000))
 
 
-@pytest.mark.parametrize("tolerance", [0.05, 0.01, 0.005])
-def test_round_shell_is_answered_by_the_axisymmetric_one(tolerance: float) -> None:
-    """Within its error bar of a far finer grid, for the tolerance asked, and no finer than that needs."""
-    found = climb(case(), tolerance)
-    summary = found.summary
-    assert found.case.model.fidelity == "axisymmetric"
-    assert summary.impact_velocity is not None and summary.impact_velocity_error is not None
-    assert summary.impact_velocity_error <= tolerance * summary.impact_velocity
-    assert abs(summary.impact_velocity - fine(case())) <= summary.impact_velocity_error
-    assert [rung.fidelity for rung in summary.ladder][:3] == ["lumped", "full", "axisymmetric"]
-    assert "round: " in summary.ladder[1].verdict
-    if tolerance == 0.05:
-        assert found.case.grid.generatrix <= 72
+@cache
+def _speed(of: Case) -> float:
+    return speed_of(softbrake.run(of))
+
+
+def in_radius(of: Case) -> float:
+    """Cells in a radius."""
+    return of.grid.generatrix * 0.5 * of.shell.diameter / of.shell.height
+
+
+# Made-up drops
+
+
+@dataclass
+class MadeUp:
+    """Drops that answer what is asked of them; `done` holds those of shells."""
+
+    base: Summary  # of a lumped run
+    energy: Callable[[Case, int], float] = lambda of, seed: 9.0  # m^2/s^2, as of `kinetic`
+    out: Callable[[Case, int], float] = lambda of, seed: SEEDS[seed - 1] if seed else 0.0  # of the radius
+    seconds: Callable[[Case], float] = lambda of: 1.0 if of.model.fidelity == "full" else 1e-3
+    fate: Callable[[Case, int], str] = lambda of, seed: ""  # another than to end: diverged, time_limit or interrupted
+    done: list[tuple[Case, int]] = field(default_factory=list)
+    now: float = 0.0  # s
+
+    def probe(self, of: Case, seed: int = 0) -> tuple[Summary, float]:
+        self.now += self.seconds(of)
+        if of.model.fidelity == "lumped":
+            return self.base, 0.0
+        fate = self.fate(of, seed)
+        if fate == "interrupted":
+            raise KeyboardInterrupt
+        self.done.append((of, seed))
+        answer = self.answer(of, seed)
+        if fate == "diverged":
+            raise Diverged("diverged at 0.01 s", replace(answer, outcome="diverged", impact_velocity=None))
+        if fate == "time_limit":
+            answer = replace(answer, outcome="time_limit", impact_velocity=None, minimum_height=0.1)
+        return answer, self.out(of, seed)
+
+    def answer(self, of: Case, seed: int) -> Summary:
+        energy = self.energy(of, seed)
+        peaks = {"peak_deceleration": 10.0 * energy, "peak_tension_generatrix": 100.0 * energy, "peak_tension_hoop": 1e3 * energy}
+        return replace(
+            self.base,
+            outcome="impact" if energy > 0.0 else "stopped",
+            impact_velocity=math.sqrt(energy) if energy > 0.0 else None,
+            minimum_height=0.0 if energy > 0.0 else of.shell.height * energy / (energy - of.cargo.velocity**2),
+            peaks={name: Peak(value, 0.1) for name, value in peaks.items()},
+            model=replace(self.base.model, fidelity=of.model.fidelity, generatrix=of.grid.generatrix, hoop=of.grid.hoop),
+            **peaks,
+        )
+
+    def of(self, fidelity: str) -> list[tuple[Case, int]]:
+        return [one for one in self.done if one[0].model.fidelity == fidelity]
+
+
+@pytest.fixture(scope="module")
+def base() -> Summary:
+    return drop.run(level(case(), "lumped", 8, 8))
 
 
 @pytest.fixture
-def runs(monkeypatch: pytest.MonkeyPatch) -> list[tuple[Case, int, Summary]]:
-    """Case, seed and answer of the runs of a climb, as they are done."""
-    done: list[tuple[Case, int, Summary]] = []
-    timed = ladder._timed
-
-    def watched(case: Case, seed: int = 0) -> tuple[Summary, float]:
-        summary, seconds = timed(case, seed)
-        done.append((case, seed, summary))
-        return summary, seconds
-
-    monkeypatch.setattr(ladder, "_timed", watched)
-    return done
+def made_up(base: Summary, monkeypatch: pytest.MonkeyPatch) -> MadeUp:
+    """Drops of a climb, and its clock, made up; by default all answer 3 m/s and stay round."""
+    drops = MadeUp(base)
+    monkeypatch.setattr(ladder, "probe", drops.probe)
+    monkeypatch.setattr(ladder, "CLOCK", lambda: drops.now)
+    monkeypatch.setattr(ladder, "Drop", lambda of: SimpleNamespace(advance=lambda most: None))  # nothing to compile
+    return drops
 
 
-def test_shell_that_loses_its_symmetry_is_answered_by_the_full_one(
-    runs: list[tuple[Case, int, Summary]], monkeypatch: pytest.MonkeyPatch
-) -> None:
-    """A fast, hence short drop; velocity and peaks are means of four, which the axisymmetric shell is kept from answering."""
-    monkeypatch.setattr(ladder, "PART_UNMOVED", 0.0)
-    fast = case("paper", "contact=ground", "cargo.velocity=20", "tolerance=0.1")
-    found = climb(fast, 0.1)
-    summary = found.summary
-    members = [(seed, one) for of, seed, one in runs if of.model.fidelity == "full" and of.grid == found.case.grid]
-    assert [seed for seed, _ in members] == [1, 2, 3, 4]
-    for name in ("impact_velocity", "peak_deceleration", "peak_tension_hoop", "peak_tension_belt"):
-        assert getattr(summary, name) == pytest.approx(statistics.mean(getattr(one, name) for _, one in members))
-    assert summary.peaks["peak_tension_hoop"].value == summary.peak_tension_hoop
-    nearest = min(members, key=lambda member: abs(speed_of(member[1]) - speed_of(summary)))
-    assert found.seed == nearest[0]
-    assert summary.impact_time == nearest[1].impact_time
-    assert found.case.model.fidelity == "full"
-    assert "not round" in summary.ladder[1].verdict
-    assert "does not stay round" in str(summary.fidelity_reason)
-    assert reached(fast, summary)
-    assert [rung.generatrix for rung in summary.ladder if "three grids" in rung.verdict and rung.fidelity == "full"] == [24, 36]
+def not_round(of: Case, seed: int) -> float:
+    return 0.1 if seed else 0.0
 
 
-def test_shell_that_is_round_on_a_coarse_grid_only_is_asked_on_a_finer_one() -> None:
-    """Two unlike belts, light cargo: 36 x 72 cells stay round, 72 x 144 do not."""
-    belts = "belts=[{height: 0.15, width: 8 mm, layers: 3}, {height: 0.4, width: 4 mm, layers: 6}]"
-    light = case("paper", belts, "cargo.mass=60", "pressure={law: constant, value: 9500, damping: 0.0003}")
-    in_doubt = climb(light, 0.2, budget=1.0).summary
-    assert in_doubt.ladder[1].verdict.startswith("round: ")
-    assert "takes a finer grid than the budget allows" in str(in_doubt.fidelity_reason)
-    found = climb(light, 0.2, budget=120.0)
-    coarse, finer = found.summary.ladder[1:3]
-    assert (coarse.generatrix, finer.generatrix) == (36, 72)
-    assert coarse.verdict.startswith("round: ")
-    assert finer.verdict.startswith("not round: ")
-    assert found.case.model.fidelity == "full"
+def scattered(of: Case, seed: int) -> float:
+    """Full shells about 3.2 m/s, axisymmetric ones at 3 m/s."""
+    return 9.0 if of.model.fidelity == "axisymmetric" else (3.2 + 0.01 * ((7 * seed) % 5 - 2)) ** 2
 
 
-def test_hoops_in_compression_are_for_the_full_shell_where_they_buckle() -> None:
-    """Without contact of the cover the axisymmetric shell, which cannot buckle, answers 3.2 m/s and the full one 3.8 m/s."""
-    buckling = case("no-belts", "fabric.slack=compression", "contact=paper")
-    found = climb(buckling, 0.5, budget=5.0)
-    assert found.case.model.fidelity == "full"
-    assert "not round" in found.summary.ladder[1].verdict
-    assert speed_of(found.summary) > 1.1 * fine(buckling, 36)
-    assert climb(case("no-belts", "fabric.slack=compression"), 0.05).case.model.fidelity == "axisymmetric"
+def bar(summary: Summary) -> float:
+    return math.inf if summary.impact_velocity_error is None else summary.impact_velocity_error
 
 
-def test_two_grids_that_agree_are_no_error_bar() -> None:
-    """A small shell of little viscosity: 2.65 m/s on full grids of 24 and 36 cells, 2.51 m/s where the grid resolves it."""
-    small = case("no-belts", *SMALL)
-    found = climb(small, 0.01, budget=4.0)
-    ensembles = [rung for rung in found.summary.ladder[2:] if rung.fidelity == "full" and rung.impact_velocity is not None]
-    assert [(rung.generatrix, rung.error) for rung in ensembles[:2]] == [(24, None), (36, None)]
-    assert all(rung.error is not None and abs(speed_of(found.summary) - fine(small)) <= rung.error for rung in ensembles[2:])
-    assert not reached(replace(small, tolerance=0.01), found.summary)
+# Grids of the axisymmetric shell
 
 
-def test_without_budget_nothing_is_called_converged() -> None:
-    found = climb(case("paper"), 0.001, budget=0.0)
-    summary = found.summary
-    assert not reached(softbrake.load_case(CONFIGS / "paper.yaml", ["tolerance=0.001"]), summary)
-    assert not any(rung.verdict == "within the tolerance" for rung in summary.ladder)
-    assert "the budget does not reach the tolerance" in str(summary.fidelity_reason)
-    assert summary.impact_velocity_error is None  # of less than three grids
-
-
-def test_one_grid_is_no_claim() -> None:
-    """A round shell: shells on grids about the coarsest agree, and are wrong alike."""
-    found = climb(case(), 0.025, budget=0.0)
-    assert [rung.verdict for rung in found.summary.ladder][2:] == ["three grids are wanted for an error"]
-    assert found.summary.impact_velocity_error is None
-    assert str(found.summary.fidelity_reason) == "the full shell stays round; the budget does not reach the tolerance"
-
-
-def test_mean_of_an_ensemble_is_no_better_than_its_distance_from_the_finest_grid() -> None:
-    climber = ladder._Climber(case(), 0.05, 10.0, None)
-    at = level(case(), "axisymmetric", 36, ladder.ROUND)
-    summary = softbrake.run(at)
-    climber.book(at, speed_of(summary), None, 1e-3, "")
-    near = climber.spread(ladder._Found(at, summary, speed_of(summary), math.inf, grids=3))
-    far = climber.spread(ladder._Found(at, summary, speed_of(summary) + 1.0, math.inf, grids=3))
-    assert far.value == near.value
-    assert far.error - near.error > 0.9
-
-
-def test_shell_out_of_round_is_answered_by_the_axisymmetric_one_where_that_is_no_matter(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Free fall: slack fabric crumples, and weighs nearly nothing."""
-    monkeypatch.setattr(ladder, "PROBE", 18)
-    found = climb(case("free-fall"), 0.01)
+@pytest.mark.parametrize("tolerance", [0.05, 0.01, 0.002])
+@pytest.mark.parametrize("order", [1, 2])
+def test_bar_holds_the_limit_of_grids_beside_one_another(order: int, tolerance: float, made_up: MadeUp) -> None:
+    """Full shells follow the same law, on their own grids."""
+    made_up.energy = lambda of, seed: 9.0 + 0.5 * (10.0 / in_radius(of)) ** order
+    made_up.seconds = lambda of: 1e-6
+    found = climb(case(), tolerance)
     summary = found.summary
     assert found.case.model.fidelity == "axisymmetric"
-    assert [rung.generatrix for rung in summary.ladder if rung.fidelity == "full"] == [18, 18, 18, 18, 36]
-    moves = [abs(rung.impact_velocity - 6.91144) for rung in summary.ladder[1:6] if rung.impact_velocity is not None]
-    assert summary.impact_velocity_error is not None
-    assert 0.9 * max(moves) < summary.impact_velocity_error < 0.005 * 6.9
-    assert str(summary.fidelity_reason).startswith("the full shell does not stay round, but that moves the answer by")
+    assert reached(replace(case(), tolerance=tolerance, insists=True), summary)
+    assert abs(speed_of(summary) - 3.0) <= bar(summary) <= tolerance * speed_of(summary)
+    assert summary.impact_velocity == pytest.approx(math.sqrt(made_up.energy(found.case, 0)))
+    assert summary.peak_errors is not None
+    assert abs(summary.peak_tension_hoop - 9000.0) <= summary.peak_errors["peak_tension_hoop"]  # type: ignore[operator]
 
 
-def test_round_shell_that_is_moved_by_more_than_the_tolerance_is_not_called_out_of_round() -> None:
-    summary = climb(case(), 1e-5, budget=0.0).summary
-    assert summary.ladder[1].verdict.startswith("touchy: ")
-    assert str(summary.fidelity_reason).startswith("the shell stays round, but what sewing leaves moves its answer")
-    assert not any("inf" in str(text) for text in (summary.fidelity_reason, *(rung.verdict for rung in summary.ladder)))
+def test_finer_grids_are_asked_only_where_the_tolerance_wants_them(made_up: MadeUp) -> None:
+    made_up.energy = lambda of, seed: 9.0 + 0.5 * (10.0 / in_radius(of)) ** 2
+    counts = []
+    for tolerance in (0.1, 0.01, 0.002):
+        made_up.done.clear()
+        found = climb(case(), tolerance)
+        cells = [of.grid.generatrix for of, _ in made_up.of("axisymmetric")]
+        climbed = cells[: cells.index(found.case.grid.generatrix) + 1]
+        assert all(1.1 < b / a < 1.3 for a, b in pairwise(climbed))
+        counts.append(len(climbed))
+    assert counts[0] == NEIGHBOURS < counts[1] < counts[2]
+
+
+def test_scattered_grids_are_no_claim(made_up: MadeUp) -> None:
+    """A tenth up and down from grid to grid is not settled, however many there are, nor where two of them agree by accident."""
+    made_up.seconds = lambda of: 1e-6 * of.grid.generatrix**2
+    for turn in (lambda n: n % 3 - 1.0, lambda n: (-1.0) ** (n // 2)):
+        values: dict[int, float] = {}
+        made_up.energy = lambda of, seed, turn=turn, values=values: values.setdefault(  # type: ignore[misc]
+            of.grid.generatrix, 9.0 + turn(len(values))
+        )
+        summary = climb(case(), 0.01, budget=1.0).summary
+        assert bar(summary) > 0.15
+        assert not reached(replace(case(), tolerance=0.01, insists=True), summary)
+
+
+def test_energy_goes_on_smoothly_from_impact_to_stop() -> None:
+    """That of a piston is V² + 2 l1 (g - p F/m), on both sides of the full stop."""
+    piston = case("no-belts", "model.fidelity=lumped")
+    full = full_stop(100.0, 6.0, piston.gravity, 0.6, 0.5)
+    for share in (0.5, 0.99, 1.0 - 1e-6, 1.0 + 1e-6, 1.01, 2.0):
+        of = case("no-belts", "model.fidelity=lumped", f"pressure.value={share * full.mean!r}")
+        answer = softbrake.run(of)
+        assert answer.outcome == ("impact" if share < 1.0 else "stopped")
+        assert kinetic(of, answer) == pytest.approx((1.0 - share) * 2.0 * full.energy / 100.0, rel=1e-3, abs=1e-8)
+
+
+def test_energy_of_a_shell_goes_on_smoothly_from_impact_to_stop() -> None:
+    """Where the cargo begins to reach the ground: no jump, and no corner but a slight one."""
+
+    def of(pressure: float) -> tuple[str, float]:
+        one = case("no-belts", "model.fidelity=axisymmetric", "grid.generatrix=24", f"pressure.value={pressure!r}")
+        answer = softbrake.run(one)
+        return answer.outcome, kinetic(one, answer)
+
+    low, high = 15e3, 30e3
+    assert (of(low)[0], of(high)[0]) == ("impact", "stopped")
+    while high - low > 1e-6 * high:
+        middle = 0.5 * (low + high)
+        low, high = (low, middle) if of(middle)[0] == "stopped" else (middle, high)
+    (_, above), (_, below) = of(low), of(high)
+    assert 0.0 <= above < 1e-2 and -1e-2 < below <= 0.0
+    apart = 0.01 * low
+    slopes = [(of(low - apart)[1] - above) / apart, (below - of(high + apart)[1]) / apart]
+    assert slopes[0] > 0.0 and slopes[1] == pytest.approx(slopes[0], rel=0.5)
+
+
+def test_speeds_are_continuous_where_the_cargo_begins_to_reach_the_ground() -> None:
+    ranges = [speed_range(energy, 0.04) for energy in (-0.05, -0.04, -1e-9, 0.0, 1e-9, 0.04, 9.0)]
+    assert ranges[0] == (0.0, 0.0)  # it stops, whatever the error
+    assert ranges[1] == (0.0, 0.0)
+    for speed, error in ranges[2:5]:
+        assert speed == pytest.approx(0.0, abs=1e-4)
+        assert error == pytest.approx(0.2, abs=1e-4)
+    assert ranges[5] == pytest.approx((0.2, 0.2))  # it may stop
+    assert ranges[6] == pytest.approx((3.0, 0.04 / 6.0), rel=1e-2)
+    assert speed_range(9.0, math.inf) == (3.0, math.inf)
+
+
+@pytest.mark.parametrize("energy", [0.02, -0.02])
+def test_grids_that_do_not_agree_whether_the_cargo_stops_have_a_bar_that_holds_both(energy: float, made_up: MadeUp) -> None:
+    made_up.energy = lambda of, seed: energy * (1.0 if of.grid.generatrix % 2 else -1.0)
+    summary = climb(case(), 0.05).summary
+    assert speed_of(summary) + bar(summary) >= math.sqrt(0.02)
+    assert speed_of(summary) - bar(summary) <= 0.0
+
+
+def test_cargo_that_stops_has_a_tolerance_too(made_up: MadeUp) -> None:
+    """Of the free-fall velocity, since the impact velocity is none."""
+    made_up.energy = lambda of, seed: -0.01 + 0.2 * (10.0 / in_radius(of)) ** 2
+    summary = climb(case(), 0.01).summary
+    assert summary.free_fall_velocity == pytest.approx(6.911, abs=1e-3)
+    assert (
+        bar(summary)
+        <= allowed(0.01, speed_of(summary), summary.free_fall_velocity)
+        == pytest.approx(0.01 * 0.05 * 6.911, rel=0.5)
+    )
+    made_up.energy = lambda of, seed: -1.0
+    stopped = climb(case(), 0.01).summary
+    assert (stopped.outcome, stopped.impact_velocity, stopped.velocity_reduction) == ("stopped", None, None)
+    assert stopped.impact_velocity_error == 0.0
+
+
+# Whether the shell stays round
+
+
+def test_round_shells_move_the_bar_by_what_they_are_off(made_up: MadeUp) -> None:
+    """On their own grid, the axisymmetric shell of which is computed beside them."""
+    made_up.energy = lambda of, seed: 9.0 + 1.0 / in_radius(of) ** 2 + (0.06 if of.model.fidelity == "full" else 0.0)
+    summary = climb(case(), 0.02).summary
+    alone = climb(case(), 0.02)
+    assert alone.case.model.fidelity == "axisymmetric"
+    assert 0.01 <= bar(summary) < 0.015
+    assert str(summary.fidelity_reason).endswith("full shells stay round")
+    for screened, seed in made_up.of("full"):
+        assert seed
+        twins = [of for of, _ in made_up.of("axisymmetric") if of.grid == screened.grid]
+        assert twins and twins[0].contact == screened.contact
+    made_up.energy = lambda of, seed: 9.0 + (1.0 if of.model.fidelity == "full" else 0.0)
+    moved = climb(case(), 0.02).summary
+    assert not reached(replace(case(), tolerance=0.02, insists=True), moved)
+    assert bar(moved) >= math.sqrt(10.0) - 3.0
+    assert str(moved.fidelity_reason).endswith("but their disturbances move the answer")
+
+
+def test_shell_that_lets_a_disturbance_grow_is_asked_on_a_finer_grid(made_up: MadeUp) -> None:
+    climb(case(), 0.02)
+    assert {of.grid.generatrix for of, _ in made_up.of("full")} == {29}  # 12 in a radius
+    made_up.done.clear()
+    made_up.out = lambda of, seed: 3.0 * SEEDS[seed - 1] if seed else 0.0
+    found = climb(case(), 0.02)
+    assert [(of.grid.generatrix, seed) for of, seed in made_up.of("full")] == [(29, 1), (29, 3), (44, 1)]
+    assert found.case.model.fidelity == "axisymmetric"
+    made_up.seconds = lambda of: 10.0 if of.model.fidelity == "full" else 1e-3
+    dear = climb(case(), 0.02, budget=30.0).summary
+    assert dear.impact_velocity_error is None
+    assert "whether it stays round takes a finer grid than the budget allows" in str(dear.fidelity_reason)
+
+
+def test_shell_that_loses_its_symmetry_is_answered_by_the_mean_of_full_ones(made_up: MadeUp) -> None:
+    made_up.out, made_up.energy = not_round, scattered
+    found = climb(case(), 0.03)
+    summary = found.summary
+    members = [seed for of, seed in made_up.of("full") if of.grid == found.case.grid]
+    energies = [scattered(found.case, seed) for seed in members]
+    assert (found.case.model.fidelity, found.case.grid.generatrix) == ("full", 44)
+    assert members == list(range(1, len(members) + 1)) and len(members) >= len(SEEDS)
+    mean, error = prediction(energies)
+    assert summary.impact_velocity == pytest.approx(math.sqrt(mean))
+    assert bar(summary) >= speed_range(mean, error)[1]
+    for name, part in (("peak_deceleration", 10.0), ("peak_tension_hoop", 1e3)):
+        assert getattr(summary, name) == pytest.approx(part * mean)
+        assert summary.peaks[name].value == getattr(summary, name)
+        assert summary.peak_errors is not None and summary.peak_errors[name] == pytest.approx(part * error)
+    speeds = [math.sqrt(energy) for energy in energies]
+    assert found.seed == min(members, key=lambda seed: abs(scattered(found.case, seed) - mean))
+    assert summary.ensemble is not None
+    assert (summary.ensemble.members, summary.ensemble.least, summary.ensemble.most) == (
+        len(members),
+        pytest.approx(min(speeds)),
+        pytest.approx(max(speeds)),
+    )
+    assert (summary.ensemble.smallest, summary.ensemble.largest) == (min(SEEDS), max(SEEDS))
+    assert "which do not stay round" in str(summary.fidelity_reason)
+    assert summary.velocity_reduction == pytest.approx(summary.free_fall_velocity - speed_of(summary))
+    assert reached(replace(case(), tolerance=0.03, insists=True), summary)
+    assert any(rung.verdict.startswith("not round: a disturbance of 0.001 R") for rung in summary.ladder)
+
+
+def test_scene_that_determines_nothing_better_says_so(made_up: MadeUp) -> None:
+    made_up.out, made_up.energy = not_round, lambda of, seed: 9.0 + (seed % 4)
+    summary = climb(case(), 0.02, budget=600.0).summary
+    assert not reached(replace(case(), tolerance=0.02, insists=True), summary)
+    assert str(summary.fidelity_reason).endswith("this scene does not determine the impact velocity better")
+
+
+@pytest.mark.parametrize("budget", [0.0, 5.0, 15.0, 60.0, 600.0])
+@pytest.mark.parametrize("apart", [0.5, 4.0])
+def test_shell_that_is_round_on_the_coarse_grid_only_has_a_bar_as_wide_as_grids_are_apart(
+    apart: float, budget: float, made_up: MadeUp
+) -> None:
+    """However well the drops of either grid agree: 3 m/s where the shell stays round, another velocity where it does not."""
+
+    def energy(of: Case, seed: int) -> float:
+        return 9.0 + (apart if of.model.fidelity == "full" and in_radius(of) > SCREEN + 1 else 0.0)
+
+    def out(of: Case, seed: int) -> float:
+        return 0.0 if not seed else 0.1 if in_radius(of) > SCREEN + 1 else 2.0 * SEEDS[seed - 1]
+
+    made_up.energy, made_up.out = energy, out
+    summary = climb(case(), 0.02, budget).summary
+    assert bar(summary) >= math.sqrt(9.0 + apart) - 3.0 - 1e-9
+    if any(in_radius(of) > SCREEN + 1 for of, _ in made_up.of("full")):
+        assert summary.model.fidelity == "full"
+
+
+@pytest.mark.parametrize("budget", [0.0, 3.0, 10.0, 30.0, 600.0])
+def test_members_that_agree_on_one_grid_are_no_claim(budget: float, made_up: MadeUp) -> None:
+    """They are wrong alike: a finer grid, or none within the budget, answers 3.5 m/s."""
+    made_up.out = not_round
+    made_up.energy = lambda of, seed: 9.0 + 1e-3 * seed if in_radius(of) < SCREEN + 1 else 12.25 + 1e-3 * seed
+    summary = climb(case(), 0.02, budget).summary
+    assert speed_of(summary) + bar(summary) >= 3.5
+
+
+def test_printed_scheme_is_answered_by_full_shells(made_up: MadeUp) -> None:
+    """The axisymmetric shell does not know it."""
+    found = climb(case("no-belts", "model.scheme=cell"), 0.05)
+    assert not made_up.of("axisymmetric")
+    assert {of.model.scheme for of, _ in made_up.of("full")} == {"cell"}
+    assert found.summary.ensemble is not None
+    assert found.case.model.scheme == "cell"
+
+
+@pytest.mark.parametrize("out", [None, not_round])
+def test_belts_keep_off_the_covers_on_every_grid(out: Callable[[Case, int], float] | None, made_up: MadeUp) -> None:
+    made_up.out = out or made_up.out
+    many = case("paper", "belts.count=60", "grid.generatrix=90", "belts.width=2 mm")
+    climb(many, 0.2)
+    assert least_cells(many) > 30
+    assert min(of.grid.generatrix for of, _ in made_up.done) == least_cells(many)
+    made_up.done.clear()
+    climb(case("paper", "belts=[{height: 8 mm, width: 2 mm, layers: 5}]", "grid.generatrix=60"), 0.2)
+    assert min(of.grid.generatrix for of, _ in made_up.done) == 43  # 0.3 m/7 mm
+
+
+# Budgets
+
+
+def spent(made_up: MadeUp, budget: float) -> float:
+    made_up.now = 0.0
+    climb(case(), 1e-4, budget)
+    return made_up.now
+
+
+@pytest.mark.parametrize("out", [None, not_round])
+def test_budget_is_kept(out: Callable[[Case, int], float] | None, made_up: MadeUp) -> None:
+    """But for what any answer takes: one run of the axisymmetric shell, two full ones on the coarsest grid, their twins."""
+    made_up.out = out or made_up.out
+    made_up.energy = lambda of, seed: scattered(of, seed) + 0.3 * (of.grid.generatrix % 3)
+    cost = {"lumped": 1e-3, "axisymmetric": 1e-7, "full": 1e-5}
+    made_up.seconds = lambda of: cost[of.model.fidelity] * of.grid.generatrix ** (3 if of.model.fidelity != "lumped" else 0)
+    least = spent(made_up, 0.0)
+    assert least < 1.0
+    for budget in (1.0, 4.0, 16.0, 64.0):
+        assert spent(made_up, budget) <= budget + least
+    assert spent(made_up, 64.0) > 2.0
+
+
+@pytest.mark.parametrize(("budget", "members"), [(15.0, 1), (25.0, 2), (35.0, 3)])
+def test_member_beyond_the_budget_is_not_begun(budget: float, members: int, made_up: MadeUp) -> None:
+    """Full shells of 10 s each; one alone is no claim."""
+    made_up.out, made_up.energy = not_round, scattered
+    made_up.seconds = lambda of: 10.0 if of.model.fidelity == "full" else 1e-3
+    summary = climb(case(), 0.001, budget).summary
+    assert len(made_up.of("full")) == members
+    assert (summary.impact_velocity_error is None) == (members == 1)
+
+
+def test_budget_is_of_processor_time(made_up: MadeUp, monkeypatch: pytest.MonkeyPatch) -> None:
+    """What else a machine does changes no rung: an hour passes on the clock of the wall at each look at it."""
+    if sys.platform != "win32":
+        assert drop.CLOCK is time.thread_time
+    made_up.out, made_up.energy = not_round, scattered
+    calm = climb(case(), 0.02).summary
+    hours = iter(range(10**6))
+    monkeypatch.setattr(ladder, "time", SimpleNamespace(perf_counter=lambda: 3600.0 * next(hours)))
+    busy = climb(case(), 0.02).summary
+    assert busy.wall_seconds >= 3600.0
+    for rung, other in zip(busy.ladder, calm.ladder, strict=True):
+        assert replace(rung, seconds=0.0) == replace(other, seconds=0.0)
+        assert rung.seconds == pytest.approx(other.seconds)
+    assert replace(busy, wall_seconds=0.0, ladder=[]) == replace(calm, wall_seconds=0.0, ladder=[])
+
+
+def test_rungs_are_told_as_they_are_done(made_up: MadeUp) -> None:
+    made_up.out, made_up.energy = not_round, scattered
+    told: list[tuple[Rung, int]] = []
+    summary = climb(case(), 0.02, report=lambda rung: told.append((rung, len(made_up.done)))).summary
+    assert [rung for rung, _ in told] == summary.ladder
+    assert [rung.fidelity for rung, _ in told][:3] == ["lumped", "axisymmetric", "full"]
+    assert told[0][1] == 0 and [runs for _, runs in told] == sorted({runs for _, runs in told})
+    assert sum(rung.seconds for rung in summary.ladder) <= made_up.now
+
+
+@pytest.mark.parametrize("out", [None, not_round])
+def test_without_budget_nothing_is_called_converged(out: Callable[[Case, int], float] | None, made_up: MadeUp) -> None:
+    made_up.out = out or made_up.out
+    made_up.energy = lambda of, seed: 9.0 + 10.0 / in_radius(of) + 0.5 * (seed % 2)
+    summary = climb(case(), 0.001, budget=0.0).summary
+    assert summary.impact_velocity is not None
+    assert not reached(replace(case(), tolerance=0.001, insists=True), summary)
+    assert not any(
+        "within the tolerance" in rung.verdict or "agree" in rung.verdict for rung in summary.ladder if rung.error is None
+    )
+    if out is None:
+        assert summary.impact_velocity_error is None
+        assert "the budget is used up" in str(summary.fidelity_reason)
+    else:
+        assert abs(speed_of(summary) - 3.0) <= bar(summary)
+    assert not any("inf" in text for text in (str(summary.fidelity_reason), *(rung.verdict for rung in summary.ladder)))
+
+
+# Runs that fail, and runs that are stopped
 
 
 def test_run_cut_off_by_the_end_of_time_is_no_answer() -> None:
-    """Three grids agree on 0 m/s there."""
+    """All grids agree on 0 m/s there."""
     short = case("no-belts", "time.end=0.05", "tolerance=1%")
     summary = softbrake.run(short)
     assert not reached(short, summary)
@@ -189,48 +470,96 @@ def test_run_cut_off_by_the_end_of_time_is_no_answer() -> None:
     assert "raise time.end" in str(barred.fidelity_reason)
 
 
-def test_grids_that_do_not_agree_whether_the_cargo_stops_give_no_bar() -> None:
-    """18 cells let it stop, or 36, as the pressure has it: an impact velocity of 0 is no value of the same sort."""
-    summary = softbrake.run(level(case(), "axisymmetric", 18, 90))
-    stopped = replace(summary, outcome="stopped", impact_velocity=None)
-    assert ladder._estimate([summary, stopped, stopped], "impact_velocity").error == math.inf
-    assert ladder._estimate([stopped, stopped, stopped], "impact_velocity").error == 0.0
+@pytest.mark.parametrize("level_of", ["axisymmetric", "full"])
+def test_level_that_is_cut_off_is_no_answer(level_of: str, made_up: MadeUp) -> None:
+    made_up.fate = lambda of, seed: "time_limit" if of.model.fidelity == level_of else ""
+    summary = climb(case(), 0.05).summary
+    assert (summary.outcome, summary.impact_velocity, summary.impact_velocity_error) == ("time_limit", None, None)
+    assert summary.ladder[-1].verdict == "cut off by time.end"
+    assert "raise time.end" in str(summary.fidelity_reason)
 
 
-def test_shell_that_diverges_on_every_grid_says_why_within_the_budget() -> None:
-    rungs: list[softbrake.summary.Rung] = []
+def test_shell_that_diverges_on_every_grid_says_why() -> None:
+    rungs: list[Rung] = []
     with pytest.raises(Diverged, match="the fabric bursts"):
         climb(case("no-belts", "fabric.E=1 kN/m"), 0.05, budget=0.0, report=rungs.append)
-    assert [(rung.fidelity, rung.generatrix) for rung in rungs if rung.fidelity == "full"] == [("full", 36), ("full", 24)]
-    assert all(rung.seconds > 0.0 for rung in rungs)
+    assert [rung.fidelity for rung in rungs] == ["lumped", "axisymmetric"]
+    assert rungs[1].verdict.startswith("diverged: ") and rungs[1].seconds > 0.0
 
 
-def test_grid_beside_that_diverges_is_no_claim(monkeypatch: pytest.MonkeyPatch) -> None:
-    timed = ladder._timed
-    lost = Diverged("diverged", softbrake.run(level(case(), "lumped", 18, 90)))
+@pytest.mark.parametrize("fidelity", ["axisymmetric", "full"])
+def test_level_that_diverges_everywhere(fidelity: str, made_up: MadeUp) -> None:
+    made_up.fate = lambda of, seed: "diverged" if of.model.fidelity == fidelity else ""
+    if fidelity == "axisymmetric":
+        with pytest.raises(Diverged):
+            climb(case(), 0.05)
+        return
+    with pytest.raises(Diverged):
+        climb(case("no-belts", "model.scheme=cell"), 0.05)
+    alone = climb(case(), 0.05).summary
+    assert alone.impact_velocity == pytest.approx(3.0)
+    assert alone.impact_velocity_error is None
+    assert "no full shell reaches its end" in str(alone.fidelity_reason)
+    assert [rung.verdict for rung in alone.ladder if rung.fidelity == "full"] == ["diverged: diverged at 0.01 s"] * 3
 
-    def watched(of: Case, seed: int = 0) -> tuple[Summary, float]:
-        if of.grid.generatrix == round(0.85 * 72):
-            raise lost
-        return timed(of, seed)
 
-    monkeypatch.setattr(ladder, "_timed", watched)
-    rungs = climb(case(), 0.01, budget=20.0).summary.ladder
-    assert next(rung for rung in rungs if rung.fidelity == "axisymmetric" and rung.generatrix == 72).verdict == "not settled"
+def test_finer_grid_that_diverges_is_no_claim(made_up: MadeUp) -> None:
+    """Of the axisymmetric shell; of the full one that lets its disturbance grow, and is to show on it whether it stays round."""
+    made_up.fate = lambda of, seed: "diverged" if of.model.fidelity == "axisymmetric" and in_radius(of) > 14 else ""
+    assert climb(case(), 0.05).summary.impact_velocity_error is None
+    made_up.fate = lambda of, seed: "diverged" if of.model.fidelity == "full" and in_radius(of) > 14 else ""
+    made_up.out = lambda of, seed: 3.0 * SEEDS[seed - 1] if seed else 0.0
+    assert climb(case(), 0.05).summary.impact_velocity_error is None
+
+
+def test_members_that_diverge_are_left_out(made_up: MadeUp) -> None:
+    made_up.out, made_up.energy = not_round, scattered
+    made_up.fate = lambda of, seed: "diverged" if seed == 2 else ""
+    found = climb(case(), 0.03)
+    assert found.summary.ensemble is not None
+    fallen = [seed for of, seed in made_up.of("full") if of.grid == found.case.grid and seed != 2]
+    assert found.summary.ensemble.members == len(fallen) >= len(SEEDS)
 
 
 def test_companion_that_diverges_costs_the_error_bar_only(monkeypatch: pytest.MonkeyPatch) -> None:
     of = level(case(), "axisymmetric", 36, 90)
     lost = Diverged("diverged", softbrake.run(of))
 
-    def timed(of: Case, seed: int = 0) -> tuple[Summary, float]:
+    def diverging(of: Case, seed: int = 0) -> tuple[Summary, float]:
         raise lost
 
-    monkeypatch.setattr(ladder, "_timed", timed)
+    monkeypatch.setattr(ladder, "probe", diverging)
     summary = softbrake.run(of, with_error_bar=True)
     assert summary.impact_velocity == lost.summary.impact_velocity
     assert summary.impact_velocity_error is None
     assert summary.fidelity_reason == "no error bar: a coarser grid diverges"
+
+
+@pytest.mark.parametrize("out", [None, not_round])
+def test_interrupted_climb_gives_the_best_answer_so_far(out: Callable[[Case, int], float] | None, made_up: MadeUp) -> None:
+    """At each of its runs; nothing before the first is done. A shell that is known not to stay round has no bar of round ones."""
+    made_up.out, made_up.energy = out or made_up.out, scattered if out else made_up.energy
+    climb(case(), 0.03)
+    runs = len(made_up.done)
+    for last in range(runs):
+        made_up.done.clear()
+        made_up.fate = lambda of, seed, last=last: "interrupted" if len(made_up.done) == last else ""  # type: ignore[misc]
+        if last == 0:
+            with pytest.raises(KeyboardInterrupt) as caught:
+                climb(case(), 0.03)
+            assert not isinstance(caught.value, Interrupted)
+            continue
+        with pytest.raises(Interrupted):
+            climb(case(), 0.03)
+        made_up.done.clear()
+        summary = softbrake.run(replace(case(), tolerance=0.03))
+        assert (summary.outcome, summary.impact_velocity) == ("interrupted", pytest.approx(3.1, abs=0.15))
+        assert "interrupted; the best answer so far" in str(summary.fidelity_reason)
+        if out is not None and made_up.of("full"):
+            assert speed_of(summary) + bar(summary) > 3.15
+
+
+# Result files
 
 
 @pytest.fixture
@@ -249,6 +578,13 @@ def test_result_file_holds_the_disturbed_drop(member: Climb, tmp_path: Path) -> 
     assert softbrake.run(member.case).impact_time != pytest.approx(kept.impact_time, rel=1e-6)
 
 
+def test_result_file_gives_back_the_ensemble(member: Climb, tmp_path: Path) -> None:
+    several = replace(member.summary, ensemble=Ensemble(4, 3.1, 3.3, 1e-6, 1e-3), peak_errors={"peak_deceleration": 1.0})
+    kept = ladder._write(replace(member, summary=several), tmp_path / "a.vtkhdf", None)
+    assert kept.ensemble == several.ensemble
+    assert read_summary(tmp_path / "a.vtkhdf") == kept
+
+
 def test_answer_survives_a_result_file_that_diverges(member: Climb, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     def lost(*_: object) -> Summary:
         raise Diverged("diverged", replace(member.summary, outcome="diverged", results="a.vtkhdf"))
@@ -259,25 +595,51 @@ def test_answer_survives_a_result_file_that_diverges(member: Climb, tmp_path: Pa
     assert str(kept.fidelity_reason).endswith("the run that was to fill the result file diverged")
 
 
-def test_interrupt_is_told(member: Climb, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """While the result file is written, and during the climb, which then returns what it has."""
-    with monkeypatch.context() as patched:
-        patched.setattr(drop, "run", lambda *_: replace(member.summary, outcome="interrupted"))
-        assert ladder._write(member, tmp_path / "a.vtkhdf", None).outcome == "interrupted"
-    timed = ladder._timed
+def test_interrupt_while_the_result_file_is_written_is_told(
+    member: Climb, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(drop, "run", lambda *_: replace(member.summary, outcome="interrupted"))
+    assert ladder._write(member, tmp_path / "a.vtkhdf", None).outcome == "interrupted"
 
-    def stopped(of: Case, seed: int = 0) -> tuple[Summary, float]:
-        if of.model.fidelity == "axisymmetric" and of.grid.generatrix == 36 and of.grid.hoop == ladder.ROUND:
-            raise KeyboardInterrupt
-        return timed(of, seed)
 
-    monkeypatch.setattr(ladder, "_timed", stopped)
-    with pytest.raises(Interrupted):
-        climb(case(), 0.01)
-    summary = softbrake.run(replace(case(), tolerance=0.01))
-    assert summary.outcome == "interrupted"
-    assert summary.impact_velocity == pytest.approx(2.836, abs=1e-2)
-    assert len(summary.ladder) == 3
+# Drops as they are
+
+
+@pytest.mark.parametrize("tolerance", [0.05, 0.005])
+def test_round_shell_is_answered_by_the_axisymmetric_one(tolerance: float) -> None:
+    """Within its error bar of a far finer grid, for the tolerance asked, and no finer than that needs."""
+    found = climb(case(), tolerance)
+    summary = found.summary
+    assert found.case.model.fidelity == "axisymmetric"
+    assert abs(speed_of(summary) - fine(case())) <= bar(summary) <= tolerance * speed_of(summary)
+    assert [rung.fidelity for rung in summary.ladder][:2] == ["lumped", "axisymmetric"]
+    assert {rung.verdict.split(":")[0] for rung in summary.ladder if rung.fidelity == "full"} == {"round"}
+    if tolerance == 0.05:
+        assert found.case.grid.generatrix <= 72
+
+
+def test_slack_fabric_that_crumples_is_answered_by_full_shells_and_kept(tmp_path: Path) -> None:
+    """Free fall: it does not stay round, and weighs nearly nothing. The file holds the member nearest the mean."""
+    falling = case("free-fall", "tolerance=1%")
+    summary = softbrake.run(falling, tmp_path / "a.vtkhdf")
+    assert reached(falling, summary)
+    assert abs(speed_of(summary) - 6.91144) <= bar(summary) <= 0.01 * 6.91144
+    assert summary.ensemble is not None and summary.ensemble.members >= len(SEEDS)
+    assert summary.ensemble.least <= speed_of(summary) <= summary.ensemble.most
+    kept, history = read_summary(tmp_path / "a.vtkhdf"), read_history(tmp_path / "a.vtkhdf")
+    assert kept is not None
+    assert (kept.impact_velocity, kept.ladder) == (summary.impact_velocity, summary.ladder)
+    assert summary.ensemble.least - 1e-9 <= -history["velocity"][-1] <= summary.ensemble.most + 1e-9
+    assert f"{-history['velocity'][-1]:.4g} m/s" in str(summary.fidelity_reason)
+
+
+def test_hoops_in_compression_are_for_the_full_shell_where_they_buckle() -> None:
+    """Without contact of the cover the axisymmetric shell, which cannot buckle, answers less than the full one."""
+    buckling = case("no-belts", "fabric.law=nominal_tension", "fabric.slack=compression", "contact=paper")
+    found = climb(buckling, 0.5, budget=0.0)
+    assert found.case.model.fidelity == "full"
+    assert any("not round" in rung.verdict for rung in found.summary.ladder)
+    assert speed_of(found.summary) > 1.1 * fine(buckling, 36)
 
 
 def test_contact_has_one_default_where_the_level_is_chosen() -> None:
@@ -291,84 +653,85 @@ def test_climb_takes_the_courant_number_that_the_damping_allows() -> None:
     assert level(case("no-belts", "fabric.viscosity=0"), "axisymmetric", 36, 720).time.courant == 0.35
 
 
-def test_wall_seconds_are_of_the_whole_climb() -> None:
-    summary = climb(case(), 0.05).summary
-    assert summary.wall_seconds >= sum(rung.seconds for rung in summary.ladder) - 1e-2
-
-
-def test_kernel_of_a_large_grid_is_compiled_outside_the_budget(monkeypatch: pytest.MonkeyPatch) -> None:
-    compiled: list[tuple[str, bool, bool]] = []
-
-    def compile_slowly(wanted: set[tuple[str, bool, bool]]) -> None:
-        compiled.extend(wanted)
-        time.sleep(0.1)
-
-    monkeypatch.setattr(ladder, "compile_kernels", compile_slowly)
-    climber = ladder._Climber(case(), 0.01, 60.0, None)
-    start = climber.start
-    assert climber.whole(81).grid.hoop == 162
-    assert (compiled, climber.start) == ([], start)
-    assert climber.whole(122).grid.hoop == 244
-    assert compiled == [("full", False, True)]
-    assert climber.start >= start + 0.09
-
-
-def test_cargo_that_stops_has_a_tolerance_too() -> None:
-    """Of the free-fall velocity, since the impact velocity is none."""
-    summary = climb(case("no-belts", "pressure.value=30 kPa", "cargo.velocity=4"), 0.01).summary
-    assert summary.impact_velocity is None
-    assert summary.outcome == "stopped"
-    assert summary.impact_velocity_error == pytest.approx(0.0, abs=allowed(0.01, 0.0, summary.free_fall_velocity))
-
-
-def test_belts_keep_off_the_covers_on_every_grid(runs: list[tuple[Case, int, Summary]]) -> None:
-    many = case("paper", "belts.count=60", "grid.generatrix=90", "belts.width=2 mm")
-    climb(many, 0.2, budget=2.0)
-    assert least_cells(many) > 30
-    assert min(of.grid.generatrix for of, _, _ in runs) == least_cells(many)
-    narrow = case("paper", "belts=[{height: 8 mm, width: 2 mm, layers: 5}]", "grid.generatrix=60")
-    assert min(rung.generatrix for rung in climb(narrow, 0.2, budget=2.0).summary.ladder) == 43  # 0.3 m/7 mm
-
-
-@pytest.mark.parametrize("fidelity", [(), ("model.fidelity=axisymmetric",), ("model.fidelity=sector", "model.sector=9")])
-def test_error_bar_holds(fidelity: tuple[str, ...]) -> None:
-    of = case("no-belts", "grid.generatrix=54", "grid.hoop=90", *fidelity)
+@pytest.mark.parametrize(
+    "grid",
+    [
+        ("grid={generatrix: 36, hoop: 60}",),
+        ("grid={generatrix: 54, hoop: 90}", "model.fidelity=axisymmetric"),
+        ("grid={generatrix: 54, hoop: 90}", "model.fidelity=sector", "model.sector=9"),
+    ],
+)
+def test_error_bar_holds(grid: tuple[str, ...]) -> None:
+    of = case("no-belts", *grid)
     summary = softbrake.run(of, with_error_bar=True)
-    assert summary.impact_velocity is not None and summary.impact_velocity_error is not None
-    assert abs(summary.impact_velocity - fine(of)) < summary.impact_velocity_error < 0.05 * summary.impact_velocity
-    assert "grid convergence index" in str(summary.fidelity_reason)
+    assert abs(speed_of(summary) - fine(of)) < bar(summary) < 0.05 * speed_of(summary)
+    assert str(summary.fidelity_reason).startswith("four grids beside one another, ")
+    assert summary.peak_errors is not None and summary.peak_errors.keys() >= {"peak_deceleration", "peak_tension_hoop"}
 
 
-def command(*arguments: str, folder: Path) -> subprocess.CompletedProcess[str]:
-    environment = os.environ | {"COLUMNS": "80", "PYTHONPATH": str(CONFIGS.parent)}
-    return subprocess.run(
-        [sys.executable, "-m", "softbrake", *arguments], capture_output=True, text=True, cwd=folder, env=environment, check=False
-    )
+# The command
 
 
-def test_command_prints_and_keeps_what_was_tried(tmp_path: Path) -> None:
-    ran = command("run", str(CONFIGS / "no-belts.yaml"), "--set", SOLID, "--tolerance", "1%", "--json", folder=tmp_path)
+def test_command_prints_and_keeps_what_was_tried(softbrake: Command, tmp_path: Path) -> None:
+    ran = softbrake("run", NO_BELTS, "--set", SOLID, "--tolerance", "2%", "--json")
     assert ran.returncode == 0, ran.stderr
     answer = json.loads(ran.stdout)
-    assert answer["impact_velocity_error"] <= 0.01 * answer["impact_velocity"]
+    assert answer["impact_velocity_error"] <= 0.02 * answer["impact_velocity"]
     assert answer["ladder"][0]["fidelity"] == "lumped"
-    assert answer["fidelity_reason"]
-    assert "full 36 x 72" in ran.stderr
+    assert answer["fidelity_reason"] and answer["ensemble"] is None
+    assert answer["peak_errors"].keys() == {"peak_deceleration", "peak_tension_generatrix", "peak_tension_hoop"}
+    assert "full 29 x 80" in ran.stderr
     kept = read_summary(tmp_path / "no-belts.vtkhdf")
     assert kept is not None
     assert kept.impact_velocity == answer["impact_velocity"]
     assert len(kept.ladder) == len(answer["ladder"])
-    shown = command("info", "no-belts.vtkhdf", folder=tmp_path)
+    shown = softbrake("info", "no-belts.vtkhdf")
     assert "axisymmetric" in shown.stdout and "±" in shown.stdout
 
 
-def test_command_fails_where_the_tolerance_is_not_reached(tmp_path: Path) -> None:
-    ran = command(
-        "run", str(CONFIGS / "paper.yaml"), "--tolerance", "0.01%", "--budget", "0", "--no-results", "-q", folder=tmp_path
-    )
-    assert ran.returncode == 1
-    assert "was not reached" in ran.stderr
-    assert "impact velocity" in ran.stdout and "±" in ran.stdout
+def invoke(*arguments: str) -> tuple[int, str, str]:
+    """Exit code, stdout and stderr of a run of this process, without a result file."""
+    done = CliRunner().invoke(app, ["run", str(NO_BELTS), "--set", SOLID, "--no-results", "-q", *arguments])
+    return done.exit_code, done.stdout, done.stderr
+
+
+def test_command_prints_an_ensemble(made_up: MadeUp) -> None:
+    made_up.out, made_up.energy = not_round, scattered
+    code, out, _ = invoke("--tolerance", "3%", "--json")
+    answer = json.loads(out)
+    assert code == 0
+    assert answer["ensemble"].keys() == {"members", "least", "most", "smallest", "largest"}
+    assert answer["ensemble"]["least"] < answer["impact_velocity"] < answer["ensemble"]["most"]
+    assert answer["impact_velocity_error"] > 0.0
+    code, out, _ = invoke("--tolerance", "3%")
+    assert code == 0 and "±" in out and "shells" in out
+
+
+def test_command_fails_where_the_tolerance_is_not_reached(made_up: MadeUp) -> None:
+    """One that is asked for; without one, the answer is as good as it is."""
+    made_up.energy = lambda of, seed: 9.0 + 10.0 / in_radius(of)
+    code, out, err = invoke("--tolerance", "0.01%", "--budget", "1")
+    assert code == 1
+    assert "the tolerance of 0.0001 was not reached: " in err
+    assert "impact velocity" in out and "±" in out
+    code, _, err = invoke("--set", "model.fidelity=auto", "--budget", "0")
+    assert (code, "was not reached" in err) == (0, False)
+
+
+def test_command_that_is_interrupted_prints_what_it_has(made_up: MadeUp) -> None:
+    made_up.fate = lambda of, seed: "interrupted" if of.model.fidelity == "full" else ""
+    code, out, _ = invoke("--tolerance", "1%", "--json")
+    assert code == 130
+    assert json.loads(out)["outcome"] == "interrupted"
+    made_up.fate = lambda of, seed: "interrupted"
+    code, out, err = invoke("--tolerance", "1%", "--json")
+    assert (code, out, err.strip().splitlines()[-1]) == (130, "", "interrupted")
+
+
+def test_command_that_diverges(made_up: MadeUp) -> None:
+    made_up.fate = lambda of, seed: "diverged"
+    code, _, err = invoke("--tolerance", "1%")
+    assert (code, err.strip().splitlines()[-1]) == (1, "diverged at 0.01 s")
 
 
 @pytest.mark.parametrize(
@@ -380,8 +743,7 @@ def test_command_fails_where_the_tolerance_is_not_reached(tmp_path: Path) -> Non
         (("--error-bar", "--set", "grid.hoop=9"), "too coarse for an error bar"),
     ],
 )
-def test_bad_input(arguments: tuple[str, ...], fault: str, tmp_path: Path) -> None:
-    ran = command("run", str(CONFIGS / "no-belts.yaml"), *arguments, "-q", folder=tmp_path)
-    assert ran.returncode == 2
-    assert fault in ran.stderr
-    assert not list(tmp_path.iterdir())
+def test_bad_input(arguments: tuple[str, ...], fault: str) -> None:
+    code, _, err = invoke(*arguments)
+    assert code == 2
+    assert fault in err

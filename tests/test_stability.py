@@ -14,8 +14,8 @@ from typer.testing import CliRunner
 
 import softbrake
 from benchmarks.stability import random_case
-from softbrake.build import grid_view, meridian_view
-from softbrake.case import LongStep, load_case
+from softbrake.build import grid_view, initial_energy, meridian_view
+from softbrake.case import LongStep, level, load_case
 from softbrake.cli import app
 from softbrake.drop import Diverged, Drop
 from softbrake.kernels.course import LENGTHENED, choose_step
@@ -24,6 +24,7 @@ from softbrake.kernels.timestep import stable_step
 from softbrake.plot import PlotError
 from softbrake.stability import edge_in_words, find_limit, read_axis
 from softbrake.state import Floats, History, Outcome
+from softbrake.summary import LARGEST_GAIN
 
 CONFIGS = Path(__file__).resolve().parents[1] / "configs"
 SMALL = ("grid={generatrix: 8, hoop: 16}", "belts.width=30 mm")
@@ -180,6 +181,31 @@ def test_bound_holds_in_a_crumpled_shell() -> None:
             falling.advance(until)
         assert 0.7 < predicted(falling) / limit_of_shell(falling) <= 1.0
     assert falling.sweep.by_row.skew.max() > 0.5
+
+
+@pytest.mark.parametrize("config", ["no-belts", "paper"])
+def test_energy_that_a_disturbance_stores_is_no_gain(config: str) -> None:
+    """2e-3 R on cells of R/18, light cargo: cloth and belts give far more than doubt begins at, and all of it was stored."""
+    light = ("fabric.law=tension_field", "cargo.mass=1 kg", "pressure.value=0 Pa", "contact=solid", "time.end=2 ms")
+    case = level(load_case(CONFIGS / f"{config}.yaml", light), "full", 44, 120)
+    falling = Drop(case)
+    falling.disturb(2e-3 * 0.5 * case.shell.diameter, seed=1)
+    energy = initial_energy(case, falling.model)
+    fabric, belts = falling.state.stored
+    answer = falling.run()
+    assert LARGEST_GAIN * energy < answer.work.elastic < fabric
+    assert answer.work.belts <= belts
+    assert (belts > LARGEST_GAIN * energy) == bool(case.belts)
+    assert answer.doubt is None and max(answer.energy_made.values()) <= 0.0
+
+
+def test_disturbed_drop_is_not_doubtful() -> None:
+    """To its end, on 18 cells in a radius."""
+    case = level(load_case(CONFIGS / "no-belts.yaml", ["fabric.law=tension_field", "contact=solid"]), "full", 44, 120)
+    falling = Drop(case)
+    falling.disturb(2e-3 * 0.5 * case.shell.diameter, seed=2)
+    answer = falling.run()
+    assert (answer.outcome, answer.doubt) == ("impact", None)
 
 
 @pytest.mark.parametrize(
