@@ -21,7 +21,7 @@ from softbrake.case import ONE_COLUMN, Case, Fidelity, level
 from softbrake.convergence import CAUTION, estimate
 from softbrake.drop import Diverged, Drop, compile_kernels, kernels_of
 from softbrake.keys import UNKNOWN_CONTACT
-from softbrake.ladder import COURANT, DOUBTFUL, LEAST_SPEED, OUT_OF_ROUND, SEEDS, least_cells, probe, speed_of
+from softbrake.ladder import COURANT, LEAST_SPEED, OUT_OF_ROUND, SEEDS, least_cells, probe, speed_of
 from softbrake.summary import Summary
 
 BUDGET = 120.0  # s
@@ -42,6 +42,7 @@ SHARE = 2 / 3  # of the budget, at most, for the reference
 ROUND = 720  # cells around the hoop of an axisymmetric shell, which does not feel them
 PROBE = 36  # cells along the generatrix of the full shell that is asked whether it stays round
 DOUBLINGS = 6
+DOUBTFUL = 10.0  # times a disturbance: a shell that let it grow by more is asked on a finer grid
 STEPPED = 1.5  # refinement of the full shell
 # The reference's grid over the finest shown, at least, by its fidelity and that of the run: they share the error of their grid.
 # Others, as the axisymmetric shell beside full ones, show the difference of the models, whatever their grid.

@@ -1,4 +1,4 @@
-"""Error bars from three grids: Richardson's extrapolation and Roache's grid convergence index."""
+"""Error bars: of three grids by Roache's grid convergence index, of neighbouring ones by least squares, of ensembles."""
 
 from __future__ import annotations
 
@@ -9,6 +9,7 @@ from statistics import fmean, stdev
 
 FORMAL_ORDER = 2.0  # of the scheme in space and time
 SAFETY = 1.25  # of an index from three grids that converge as they should (ASME V&V 20)
+NEIGHBOURLY = 1.5  # of a limit by neighbouring grids, whose order may lie between those fitted
 CAUTION = 3.0  # of one from grids that do not
 LEAST_ORDER = 0.3  # below it the bar is many times the differences, and means nothing
 
@@ -76,7 +77,7 @@ def estimate_of_neighbours(cells: Sequence[int], values: Sequence[float]) -> Est
         order, limit = other_order, other_limit
     scatter = math.sqrt(least / (len(values) - 2))
     floor = 1e-12 * max(map(abs, values))
-    return Estimate(value, order if clear else None, limit, SAFETY * abs(value - limit) + 2.0 * scatter + floor, clear)
+    return Estimate(value, order if clear else None, limit, NEIGHBOURLY * abs(value - limit) + 2.0 * scatter + floor, clear)
 
 
 # Student's t of 95 %, two-sided, by degrees of freedom from 1 on; beyond the list that of the last is taken

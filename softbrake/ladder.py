@@ -28,13 +28,13 @@ BUDGET = 60.0  # CPU s
 CELLS = (9.0, 10.8, 13.0, 15.6, 18.7)  # in a radius, of the first axisymmetric grids; 1.2 times as many from one to the next
 FINER = 1.2
 NEIGHBOURS = 5  # grids behind an error
-SCREEN, FINE = 12.0, 18.0  # cells in a radius of full shells
+COARSE, SCREEN, FINE = 9.0, 12.0, 18.0  # cells in a radius of full shells
+OTHERS = 2.0  # times the largest of a few distances, for those of grids and disturbances that were not computed
 MEMBERS = 8  # most of an ensemble on one grid
 # Of the radius, disturbances of the places at the start: from what sewing leaves to what nobody could measure. No case says how
 # round its shell is, and where symmetry is lost the answer hangs on when, so an ensemble takes each.
 SEEDS = (1e-3, 1e-4, 1e-5, 1e-6)
 OUT_OF_ROUND = 0.05  # of the radius: more, and the shell is not axisymmetric; its square, 0.25 %, is what the answer feels
-DOUBTFUL = 1.0  # times a disturbance: a shell that lets it grow may lose its symmetry on a finer grid
 LEAST_SPEED = 0.05  # of the free-fall velocity: tolerances of smaller impact velocities are parts of this
 PEAKS = ("peak_deceleration", "peak_tension_generatrix", "peak_tension_hoop", "peak_tension_belt")
 PART = 0.5  # of the allowed error, that grids of the axisymmetric shell may take up
@@ -296,7 +296,7 @@ class _Climber:
                 raise self.diverged
         full, doubt = self.screen()
         if plain is None or any(run.out_of_round > OUT_OF_ROUND for run in full):
-            return self.ensemble(full, plain)
+            return self.ensemble(full)
         found = self.beside(plain, full)
         return replace(found, error=math.inf, reason=f"{found.reason}; {doubt}") if doubt else found
 
@@ -345,22 +345,20 @@ class _Climber:
         )
 
     def screen(self) -> tuple[list[_Run], str]:
-        """Disturbed full shells on a coarse grid, and on a finer one where they let a disturbance grow; and what is left open."""
+        """Disturbed full shells on a coarse grid, and on a finer one if they stay round there; and what is left open."""
         runs: list[_Run] = []
         for cells, seed in ((SCREEN, 1), (SCREEN, 3), (FINE, 1)):
-            if any(run.out_of_round > OUT_OF_ROUND for run in runs):
+            case, left = self.at("full", cells), self.left()
+            if any(run.out_of_round > OUT_OF_ROUND for run in runs) or (len(runs) == 1 and runs[0].seconds > left):
                 break
-            if cells == FINE and all(run.out_of_round <= DOUBTFUL * SEEDS[run.seed - 1] for run in runs) and runs:
-                break
-            if len(runs) == 1 and cells == SCREEN and runs[0].seconds > self.left():
-                continue
-            if cells == FINE and runs and COSTLIER["full"] * runs[-1].seconds > self.left():
+            if cells == FINE and runs and COSTLIER["full"] * runs[-1].seconds > left:
                 return runs, "whether it stays round takes a finer grid than the budget allows"
-            case = self.at("full", cells)
             try:
                 run = self.run(case, seed)
             except Diverged as diverged:
                 self.lost(case, diverged)
+                if cells == FINE:
+                    return runs, "a finer full shell diverges"
                 continue
             runs.append(run)
             grown = f"{SEEDS[seed - 1]:g} R grows to {run.out_of_round:.2g} R"
@@ -373,77 +371,70 @@ class _Climber:
         apart, peaks = 0.0, dict(plain.peaks)
         for run in full:
             twin = self.run(level(self.case, "axisymmetric", run.cells, run.case.grid.hoop))
-            apart = max(apart, abs(kinetic(run.case, run.summary) - kinetic(twin.case, twin.summary)))
+            apart = max(apart, OTHERS * abs(kinetic(run.case, run.summary) - kinetic(twin.case, twin.summary)))
             for name in peaks:
-                off = abs(getattr(run.summary, name) - getattr(twin.summary, name))
+                off = OTHERS * abs(getattr(run.summary, name) - getattr(twin.summary, name))
                 peaks[name] = max(peaks[name], plain.peaks[name] + off)
         if not full:
             return replace(plain, error=math.inf, reason=f"{plain.reason}; no full shell reaches its end beside it")
-        found = self.best = replace(
-            plain, error=plain.error + apart, peaks=peaks, reason=f"{plain.reason}; full shells stay round"
-        )
+        found = replace(plain, error=plain.error + apart, peaks=peaks, reason=f"{plain.reason}; full shells stay round")
         found.doubt = found.doubt or next((run.summary.doubt for run in full if run.summary.doubt), None)
         if not self.within(found):
             found.reason += ", but are off it" if apart > plain.error else ", but its grids do not agree"
         return found
 
-    def ensemble(self, screened: Sequence[_Run], plain: _Found | None) -> _Found:
-        """The mean of disturbed full shells, on a finer grid as well where the budget allows several there.
+    def ensemble(self, screened: Sequence[_Run]) -> _Found:
+        """The mean of disturbed full shells on the finer one of two grids, the finer two that the budget allows several of.
 
-        Shells of a grid that keeps them round, where a finer one does not, are no members: they only say how far that may be off.
-        What one grid alone may be off, the axisymmetric shell tells, plain: its answer; where there is none, nothing is claimed.
+        Where only the finer grid of the screen shows that the shell does not stay round, those on the coarser one say how far it is.
         """
-        found, longest, grids = None, 0.0, 0
-        for cells in (SCREEN, FINE):
-            case = self.at("full", cells)
-            members = [run for run in screened if run.cells == case.grid.generatrix]
-            longest = max([longest * COSTLIER["full"], *(run.seconds for run in members)])
-            if members and plain is not None and all(run.out_of_round <= OUT_OF_ROUND for run in members):
-                found, grids = self.mean(members, None), 1
-                continue
-            if cells == FINE and found is not None and not members and len(SEEDS) * longest > self.left():
-                break
-            more = cells == SCREEN and (1.0 + COSTLIER["full"]) * len(SEEDS) * longest < self.left()  # a finer grid is to follow
-            part, before = (0.4 if more else 1.0) * self.left(), self.spent
-            for seed in range(1, MEMBERS + 1):
-                enough = cells == FINE and len(members) >= len(SEEDS) and self.within(self.mean(members, found))
-                if enough or (len(members) > 1 and self.spent - before + longest > part) or (members and longest > self.left()):
-                    break
-                if any(run.seed == seed for run in members):
-                    continue
-                try:
-                    members.append(self.run(case, seed))
-                except Diverged as diverged:
-                    self.lost(case, diverged)
-                    continue
-                longest = max(run.seconds for run in members)
-            if members:
-                found, grids = self.mean(members, found), grids + 1
-                if grids == 1:
-                    found.error += self.off_grid(members[0], plain)
-                self.best = found
-                speed, error = speed_range(found.energy, found.error)
-                word = "within the tolerance" if self.within(found) else "they do not agree to it"
-                self.book(case, speed, error, self.spent - before, f"mean of {len(members)}: {word}")
-        if found is None:
+        finest = self.at("full", FINE).grid.generatrix
+        rough, fine = ([run for run in screened if (run.cells == finest) == which] for which in (False, True))
+        if not screened:
             assert self.diverged is not None
             raise self.diverged
-        return found
+        self.best = replace(self.mean(rough or fine, None), error=math.inf)
+        if fine:
+            return self.gather(FINE, fine, 1.0, self.mean(rough, None) if rough else None)
+        cost = max(run.seconds for run in rough)
+        affordable = len(SEEDS) * (1.0 + COSTLIER["full"]) * cost < self.left()
+        first, second = (SCREEN, FINE) if affordable else (COARSE, SCREEN)
+        found = self.gather(first, rough if affordable else [], 0.3, None)
+        return self.gather(second, [] if affordable else rough, 1.0, found)
 
-    def off_grid(self, run: _Run, plain: _Found | None) -> float:
-        """By how much the axisymmetric shell on the grid of a run is off its own answer (m^2/s^2); inf where it has none."""
-        if plain is None:
-            return math.inf
-        twin = self.run(level(self.case, "axisymmetric", run.cells, run.case.grid.hoop))
-        return abs(kinetic(twin.case, twin.summary) - plain.energy)
+    def gather(self, cells: float, members: list[_Run], part: float, coarser: _Found | None) -> _Found:
+        """Mean of shells of a grid with those of a coarser one beside it; part: of the budget left, that they may take."""
+        case, allowed, before = self.at("full", cells), part * self.left(), self.spent
+        for seed in range(1, MEMBERS + 1):
+            longest = max((run.seconds for run in members), default=0.0)
+            enough = len(members) >= len(SEEDS) and coarser is not None and self.within(self.mean(members, coarser))
+            if enough or (members and self.spent - before + longest > allowed):
+                break
+            if any(run.seed == seed for run in members):
+                continue
+            try:
+                members.append(self.run(case, seed))
+            except Diverged as diverged:
+                self.lost(case, diverged)
+        if not members:
+            if coarser is not None:
+                return replace(coarser, error=math.inf)
+            assert self.diverged is not None
+            raise self.diverged
+        found = self.best = self.mean(members, coarser)
+        speed, error = speed_range(found.energy, found.error)
+        word = "within the tolerance" if self.within(found) else "not within the tolerance"
+        bar = error if math.isfinite(error) and coarser is not None else None
+        self.book(case, speed, bar, self.spent - before, f"mean of {len(members)}" + (f", {word}" if coarser is not None else ""))
+        return found
 
     def mean(self, members: Sequence[_Run], coarser: _Found | None) -> _Found:
         """Mean of shells of a grid, with what another drop may differ from it and by how much a coarser grid's mean is off."""
         energies = [kinetic(run.case, run.summary) for run in members]
         energy, error = prediction(energies)
         if coarser is not None:
-            apart = abs(coarser.energy - energy)
-            error = max(error, apart) if len(members) > 1 else max(coarser.error, 2.0 * apart)
+            apart = OTHERS * abs(coarser.energy - energy)
+            error = max(error if len(members) > 1 else coarser.error, apart)
         nearest = min(members, key=lambda run: abs(kinetic(run.case, run.summary) - energy))
         values = {
             name: [getattr(run.summary, name) for run in members] for name in PEAKS if getattr(nearest.summary, name) is not None
