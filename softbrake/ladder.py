@@ -386,7 +386,7 @@ class _Climber:
     def ensemble(self, screened: Sequence[_Run]) -> _Found:
         """The mean of disturbed full shells on the finer one of two grids, the finer two that the budget allows several of.
 
-        Where only the finer grid of the screen shows that a shell does not stay round, the coarser one tells how far that may be off.
+        Where only the finer grid of the screen shows that a shell is not round, the coarser one tells how far that may be off.
         """
         finest = self.at("full", FINE).grid.generatrix
         rough, fine = ([run for run in screened if (run.cells == finest) == which] for which in (False, True))
