@@ -22,10 +22,13 @@ import softbrake
 from softbrake import drop, ladder
 from softbrake.case import Case, full_stop, level
 from softbrake.cli import app
-from softbrake.convergence import prediction
+from softbrake.convergence import NEIGHBOURLY, prediction
 from softbrake.drop import Diverged, Drop
 from softbrake.ladder import (
+    COARSE,
+    FINE,
     NEIGHBOURS,
+    OTHERS,
     SCREEN,
     SEEDS,
     Climb,
@@ -232,8 +235,12 @@ def test_speeds_are_continuous_where_the_cargo_begins_to_reach_the_ground() -> N
 
 @pytest.mark.parametrize("energy", [0.02, -0.02])
 def test_grids_that_do_not_agree_whether_the_cargo_stops_have_a_bar_that_holds_both(energy: float, made_up: MadeUp) -> None:
-    made_up.energy = lambda of, seed: energy * (1.0 if of.grid.generatrix % 2 else -1.0)
-    summary = climb(case(), 0.05).summary
+    """However many there are: each new grid says the other."""
+    values: dict[int, float] = {}
+    made_up.energy = lambda of, seed: values.setdefault(of.grid.generatrix, energy * (-1.0) ** len(values))
+    made_up.seconds = lambda of: 1e-6 * of.grid.generatrix**2
+    summary = climb(case(), 0.05, budget=1.0).summary
+    assert not reached(replace(case(), tolerance=0.05, insists=True), summary)
     assert speed_of(summary) + bar(summary) >= math.sqrt(0.02)
     assert speed_of(summary) - bar(summary) <= 0.0
 
@@ -258,13 +265,19 @@ def test_cargo_that_stops_has_a_tolerance_too(made_up: MadeUp) -> None:
 
 
 def test_round_shells_move_the_bar_by_what_they_are_off(made_up: MadeUp) -> None:
-    """On their own grid, the axisymmetric shell of which is computed beside them."""
-    made_up.energy = lambda of, seed: 9.0 + 1.0 / in_radius(of) ** 2 + (0.06 if of.model.fidelity == "full" else 0.0)
-    summary = climb(case(), 0.02).summary
-    alone = climb(case(), 0.02)
-    assert alone.case.model.fidelity == "axisymmetric"
-    assert 0.01 <= bar(summary) < 0.015
+    """By the largest distance, times that for others, on their own grid, the axisymmetric shell of which is computed beside them."""
+    made_up.energy = lambda of, seed: (
+        9.0 + 1.0 / in_radius(of) ** 2 + (0.0 if of.model.fidelity != "full" else 0.06 if seed == 3 else -0.04)
+    )
+    found = climb(case(), 0.02)
+    summary = found.summary
+    assert found.case.model.fidelity == "axisymmetric"
+    grids = NEIGHBOURLY / in_radius(found.case) ** 2  # of order 2 without scatter
+    assert bar(summary) == pytest.approx(speed_range(made_up.energy(found.case, 0), grids + OTHERS * 0.06)[1], rel=1e-6)
+    assert summary.peak_errors is not None
+    assert summary.peak_errors["peak_deceleration"] == pytest.approx(10.0 * (grids + OTHERS * 0.06), rel=1e-6)
     assert str(summary.fidelity_reason).endswith("full shells stay round")
+    assert len(made_up.of("full")) == 3
     for screened, seed in made_up.of("full"):
         assert seed
         twins = [of for of, _ in made_up.of("axisymmetric") if of.grid == screened.grid]
@@ -272,22 +285,33 @@ def test_round_shells_move_the_bar_by_what_they_are_off(made_up: MadeUp) -> None
     made_up.energy = lambda of, seed: 9.0 + (1.0 if of.model.fidelity == "full" else 0.0)
     moved = climb(case(), 0.02).summary
     assert not reached(replace(case(), tolerance=0.02, insists=True), moved)
-    assert bar(moved) >= math.sqrt(10.0) - 3.0
-    assert str(moved.fidelity_reason).endswith("but their disturbances move the answer")
+    assert bar(moved) == pytest.approx(speed_range(9.0, OTHERS)[1], rel=1e-6)
+    assert str(moved.fidelity_reason).endswith("full shells stay round, but are off it")
 
 
-def test_shell_that_lets_a_disturbance_grow_is_asked_on_a_finer_grid(made_up: MadeUp) -> None:
-    climb(case(), 0.02)
-    assert {of.grid.generatrix for of, _ in made_up.of("full")} == {29}  # 12 in a radius
-    made_up.done.clear()
-    made_up.out = lambda of, seed: 3.0 * SEEDS[seed - 1] if seed else 0.0
+@pytest.mark.parametrize("growth", [0.1, 1.0, 3.0])
+def test_shell_that_stays_round_is_asked_on_a_finer_grid(growth: float, made_up: MadeUp) -> None:
+    """Whether or not it lets a disturbance grow; one that does not stay round is an ensemble's at once."""
+    made_up.out = lambda of, seed: growth * SEEDS[seed - 1] if seed else 0.0
     found = climb(case(), 0.02)
-    assert [(of.grid.generatrix, seed) for of, seed in made_up.of("full")] == [(29, 1), (29, 3), (44, 1)]
+    assert [(of.grid.generatrix, seed) for of, seed in made_up.of("full")] == [(29, 1), (29, 3), (44, 1)]  # 12, 18 in a radius
     assert found.case.model.fidelity == "axisymmetric"
+    assert reached(replace(case(), tolerance=0.02, insists=True), found.summary)
+    made_up.out = not_round
+    lost = climb(case(), 0.02).summary
+    assert [rung.generatrix for rung in lost.ladder if rung.verdict.startswith("not round")] == [29]
+    assert not any(rung.verdict.startswith("round") for rung in lost.ladder)
+
+
+@pytest.mark.parametrize(("budget", "shells"), [(5.0, 1), (15.0, 1), (30.0, 2), (60.0, 2)])
+def test_round_shell_is_no_claim_where_the_budget_allows_no_finer_grid(budget: float, shells: int, made_up: MadeUp) -> None:
+    """Full shells of 10 s each, a finer one of 41 s at most; neither two coarse ones nor one alone tell enough."""
     made_up.seconds = lambda of: 10.0 if of.model.fidelity == "full" else 1e-3
-    dear = climb(case(), 0.02, budget=30.0).summary
-    assert dear.impact_velocity_error is None
-    assert "whether it stays round takes a finer grid than the budget allows" in str(dear.fidelity_reason)
+    summary = climb(case(), 0.02, budget).summary
+    assert [of.grid.generatrix for of, _ in made_up.of("full")] == [29] * shells
+    assert summary.impact_velocity == pytest.approx(3.0)
+    assert summary.impact_velocity_error is None
+    assert "whether it stays round takes a finer grid than the budget allows" in str(summary.fidelity_reason)
 
 
 def test_shell_that_loses_its_symmetry_is_answered_by_the_mean_of_full_ones(made_up: MadeUp) -> None:
@@ -349,11 +373,32 @@ def test_shell_that_is_round_on_the_coarse_grid_only_has_a_bar_as_wide_as_grids_
 
 @pytest.mark.parametrize("budget", [0.0, 3.0, 10.0, 30.0, 600.0])
 def test_members_that_agree_on_one_grid_are_no_claim(budget: float, made_up: MadeUp) -> None:
-    """They are wrong alike: a finer grid, or none within the budget, answers 3.5 m/s."""
+    """They are wrong alike: another grid answers otherwise, and the bar is as wide as two grids are apart, times that for others."""
     made_up.out = not_round
-    made_up.energy = lambda of, seed: 9.0 + 1e-3 * seed if in_radius(of) < SCREEN + 1 else 12.25 + 1e-3 * seed
-    summary = climb(case(), 0.02, budget).summary
-    assert speed_of(summary) + bar(summary) >= 3.5
+    level_of = {22: 8.5, 29: 9.0, 44: 12.25}  # of COARSE, SCREEN and FINE
+    made_up.energy = lambda of, seed: level_of.get(of.grid.generatrix, 12.25) + 1e-3 * seed
+    found = climb(case(), 0.02, budget)
+    summary = found.summary
+    used = {
+        n: [made_up.energy(of, seed) for of, seed in made_up.of("full") if of.grid.generatrix == n]
+        for n in sorted({of.grid.generatrix for of, _ in made_up.of("full")})
+    }
+    assert list(used) == ([22, 29] if budget < 30.0 else [29, 44])
+    assert [cells for cells in (COARSE, SCREEN, FINE) if math.ceil(2.4 * cells) in used] == (
+        [COARSE, SCREEN] if budget < 30.0 else [SCREEN, FINE]
+    )
+    rough, members = used.values()
+    (coarser, other), (mean, error) = prediction(rough), prediction(members)
+    assert found.case.grid.generatrix == max(used)
+    assert summary.ensemble is not None and summary.ensemble.members == len(members)
+    assert summary.impact_velocity == pytest.approx(math.sqrt(mean))
+    apart = OTHERS * abs(coarser - mean)
+    assert bar(summary) >= speed_range(mean, apart)[1] * (1.0 - 1e-9)
+    assert bar(summary) == pytest.approx(speed_range(mean, max(error if len(members) > 1 else other, apart))[1])
+    assert not reached(replace(case(), tolerance=0.02, insists=True), summary)
+    if budget >= 30.0:
+        assert speed_of(summary) - bar(summary) <= 3.0 and speed_of(summary) >= 3.5
+    assert (summary.impact_velocity_error is None) == (budget < 10.0)
 
 
 def test_printed_scheme_is_answered_by_full_shells(made_up: MadeUp) -> None:
@@ -400,13 +445,17 @@ def test_budget_is_kept(out: Callable[[Case, int], float] | None, made_up: MadeU
     assert spent(made_up, 64.0) > 2.0
 
 
-@pytest.mark.parametrize(("budget", "members"), [(15.0, 1), (25.0, 2), (35.0, 3)])
-def test_member_beyond_the_budget_is_not_begun(budget: float, members: int, made_up: MadeUp) -> None:
-    """Full shells of 10 s each; one alone is no claim."""
+@pytest.mark.parametrize(("budget", "runs", "members"), [(12.0, 1, 1), (25.0, 2, 1), (35.0, 3, 2), (45.0, 4, 3)])
+def test_member_beyond_the_budget_is_not_begun(budget: float, runs: int, members: int, made_up: MadeUp) -> None:
+    """Full shells of 10 s each, one of them on the coarser grid; one alone on the grid of the answer is no claim.
+
+    The coarser one would take (9/12)^3.5 of the 10 s at least, and so more than the 2 s that 12 s leave.
+    """
     made_up.out, made_up.energy = not_round, scattered
     made_up.seconds = lambda of: 10.0 if of.model.fidelity == "full" else 1e-3
     summary = climb(case(), 0.001, budget).summary
-    assert len(made_up.of("full")) == members
+    assert len(made_up.of("full")) == runs
+    assert summary.ensemble is not None and summary.ensemble.members == members
     assert (summary.impact_velocity_error is None) == (members == 1)
 
 
@@ -443,14 +492,15 @@ def test_without_budget_nothing_is_called_converged(out: Callable[[Case, int], f
     summary = climb(case(), 0.001, budget=0.0).summary
     assert summary.impact_velocity is not None
     assert not reached(replace(case(), tolerance=0.001, insists=True), summary)
-    assert not any(
-        "within the tolerance" in rung.verdict or "agree" in rung.verdict for rung in summary.ladder if rung.error is None
-    )
+    assert not any(rung.verdict.endswith((", within the tolerance", "grids beside it agree")) for rung in summary.ladder)
+    assert all(rung.error is None for rung in summary.ladder)
+    assert summary.impact_velocity_error is None
     if out is None:
-        assert summary.impact_velocity_error is None
-        assert "the budget is used up" in str(summary.fidelity_reason)
+        assert "1 grids are no error bar" in str(summary.fidelity_reason)
+        assert "whether it stays round takes a finer grid than the budget allows" in str(summary.fidelity_reason)
     else:
-        assert abs(speed_of(summary) - 3.0) <= bar(summary)
+        assert "this scene does not determine the impact velocity better" in str(summary.fidelity_reason)
+        assert summary.ensemble is not None and summary.ensemble.members == 1
     assert not any("inf" in text for text in (str(summary.fidelity_reason), *(rung.verdict for rung in summary.ladder)))
 
 
@@ -504,12 +554,34 @@ def test_level_that_diverges_everywhere(fidelity: str, made_up: MadeUp) -> None:
 
 
 def test_finer_grid_that_diverges_is_no_claim(made_up: MadeUp) -> None:
-    """Of the axisymmetric shell; of the full one that lets its disturbance grow, and is to show on it whether it stays round."""
+    """Of the axisymmetric shell, where it is the twin of a full one as well."""
     made_up.fate = lambda of, seed: "diverged" if of.model.fidelity == "axisymmetric" and in_radius(of) > 14 else ""
-    assert climb(case(), 0.05).summary.impact_velocity_error is None
+    summary = climb(case(), 0.05).summary
+    assert summary.impact_velocity == pytest.approx(3.0)
+    assert summary.impact_velocity_error is None
+
+
+def test_finer_full_shell_that_diverges_is_no_claim(made_up: MadeUp) -> None:
+    """It is to show whether the shell stays round."""
     made_up.fate = lambda of, seed: "diverged" if of.model.fidelity == "full" and in_radius(of) > 14 else ""
-    made_up.out = lambda of, seed: 3.0 * SEEDS[seed - 1] if seed else 0.0
-    assert climb(case(), 0.05).summary.impact_velocity_error is None
+    summary = climb(case(), 0.05).summary
+    assert summary.impact_velocity == pytest.approx(3.0)
+    assert summary.impact_velocity_error is None
+    assert str(summary.fidelity_reason).endswith("; a finer full shell diverges")
+    assert [rung.generatrix for rung in summary.ladder if rung.verdict.startswith("diverged")] == [44]
+
+
+@pytest.mark.parametrize(("lost", "last"), [(22, 54), (26, 65), (32, 78), (38, 94)])
+def test_climb_goes_on_after_a_grid_that_diverges(lost: int, last: int, made_up: MadeUp) -> None:
+    """With as many grids beside one another as ever, none of them coarser than the one that diverged."""
+    made_up.energy = lambda of, seed: 9.0 + 1.0 / in_radius(of) ** 2
+    made_up.fate = lambda of, seed: "diverged" if of.model.fidelity == "axisymmetric" and of.grid.generatrix == lost else ""
+    found = climb(case(), 0.05)
+    assert (found.case.model.fidelity, found.case.grid.generatrix) == ("axisymmetric", last)
+    assert reached(replace(case(), tolerance=0.05, insists=True), found.summary)
+    energy = made_up.energy(found.case, 0)
+    assert bar(found.summary) == pytest.approx(speed_range(energy, NEIGHBOURLY * (energy - 9.0))[1], rel=1e-6)
+    assert [rung.generatrix for rung in found.summary.ladder if rung.verdict.startswith("diverged")] == [lost]
 
 
 def test_members_that_diverge_are_left_out(made_up: MadeUp) -> None:
@@ -710,10 +782,17 @@ def test_command_prints_an_ensemble(made_up: MadeUp) -> None:
 def test_command_fails_where_the_tolerance_is_not_reached(made_up: MadeUp) -> None:
     """One that is asked for; without one, the answer is as good as it is."""
     made_up.energy = lambda of, seed: 9.0 + 10.0 / in_radius(of)
+    made_up.seconds = lambda of: 0.05 if of.model.fidelity == "full" else 1e-6 * of.grid.generatrix**2
     code, out, err = invoke("--tolerance", "0.01%", "--budget", "1")
     assert code == 1
     assert "the tolerance of 0.0001 was not reached: " in err
     assert "impact velocity" in out and "±" in out
+    calm = made_up.base
+    made_up.base = replace(calm, doubt="energy of nothing")
+    code, _, err = invoke("--tolerance", "0.01%", "--budget", "1")
+    assert code == 1
+    assert "energy of nothing; " in err and "the tolerance of 0.0001 was not reached: " in err
+    made_up.base = calm
     code, _, err = invoke("--set", "model.fidelity=auto", "--budget", "0")
     assert (code, "was not reached" in err) == (0, False)
 
@@ -741,6 +820,7 @@ def test_command_that_diverges(made_up: MadeUp) -> None:
         (("--tolerance", "small"), "--set tolerance=small: tolerance: 'small' is not a number with a unit"),
         (("--tolerance", "1%", "--error-bar"), "--error-bar: a run for a tolerance has one already"),
         (("--error-bar", "--set", "grid.hoop=9"), "too coarse for an error bar"),
+        (("--error-bar", "--set", "model.fidelity=lumped"), "a lumped run has no grid, and so no error bar of one"),
     ],
 )
 def test_bad_input(arguments: tuple[str, ...], fault: str) -> None:
