@@ -30,7 +30,7 @@ FINER = 1.2
 NEIGHBOURS = 5  # grids behind an error
 COARSE, SCREEN, FINE = 9.0, 12.0, 18.0  # cells in a radius of full shells
 OTHERS = 2.0  # times the largest of a few distances, for those of grids and disturbances that were not computed
-MEMBERS = 8  # most of an ensemble on one grid
+ENOUGH, MEMBERS = 6, 8  # of an ensemble on one grid, least to stop at and most
 # Of the radius, disturbances of the places at the start: from what sewing leaves to what nobody could measure. No case says how
 # round its shell is, and where symmetry is lost the answer hangs on when, so an ensemble takes each.
 SEEDS = (1e-3, 1e-4, 1e-5, 1e-6)
@@ -345,14 +345,14 @@ class _Climber:
         )
 
     def screen(self) -> tuple[list[_Run], str]:
-        """Disturbed full shells on a coarse grid, and on a finer one if they stay round there; and what is left open."""
+        """A disturbed full shell on a coarse grid, and two on a finer one if it stays round there; and what is left open."""
         runs: list[_Run] = []
-        for cells, seed in ((SCREEN, 1), (SCREEN, 3), (FINE, 1)):
-            case, left = self.at("full", cells), self.left()
-            if any(run.out_of_round > OUT_OF_ROUND for run in runs) or (len(runs) == 1 and runs[0].seconds > left):
+        for cells, seed in ((SCREEN, 1), (FINE, 1), (FINE, 1 + len(SEEDS))):
+            case, costlier = self.at("full", cells), COSTLIER["full"] if len(runs) == 1 else 1.0
+            if any(run.out_of_round > OUT_OF_ROUND for run in runs):
                 break
-            if cells == FINE and runs and COSTLIER["full"] * runs[-1].seconds > left:
-                return runs, "whether it stays round takes a finer grid than the budget allows"
+            if runs and costlier * runs[-1].seconds > self.left():
+                return runs, "whether it stays round takes finer grids than the budget allows"
             try:
                 run = self.run(case, seed)
             except Diverged as diverged:
@@ -361,15 +361,15 @@ class _Climber:
                     return runs, "a finer full shell diverges"
                 continue
             runs.append(run)
-            grown = f"{SEEDS[seed - 1]:g} R grows to {run.out_of_round:.2g} R"
+            grown = f"{SEEDS[(seed - 1) % len(SEEDS)]:g} R grows to {run.out_of_round:.2g} R"
             word = "not round" if run.out_of_round > OUT_OF_ROUND else "round"
             self.book(case, speed_of(run.summary), None, run.seconds, f"{word}: a disturbance of {grown}")
         return runs, ""
 
     def beside(self, plain: _Found, full: Sequence[_Run]) -> _Found:
-        """The answer of the axisymmetric shell; its error takes up how far full shells are off it on their own grids."""
+        """The answer of the axisymmetric shell; its error takes up how far full shells are off it, on the finest of their grids."""
         apart, peaks = 0.0, dict(plain.peaks)
-        for run in full:
+        for run in [run for run in full if run.cells == full[-1].cells]:
             twin = self.run(level(self.case, "axisymmetric", run.cells, run.case.grid.hoop))
             apart = max(apart, OTHERS * abs(kinetic(run.case, run.summary) - kinetic(twin.case, twin.summary)))
             for name in peaks:
@@ -386,7 +386,7 @@ class _Climber:
     def ensemble(self, screened: Sequence[_Run]) -> _Found:
         """The mean of disturbed full shells on the finer one of two grids, the finer two that the budget allows several of.
 
-        Where only the finer grid of the screen shows that a shell does not stay round, the coarser one tells how far that may be off.
+        Where only the finer grid of the screen shows that a shell is not round, the coarser one tells how far that may be off.
         """
         finest = self.at("full", FINE).grid.generatrix
         rough, fine = ([run for run in screened if (run.cells == finest) == which] for which in (False, True))
@@ -407,7 +407,7 @@ class _Climber:
         case, allowed, before = self.at("full", cells), part * self.left(), self.spent
         for seed in range(1, MEMBERS + 1):
             longest = max((run.seconds for run in members), default=0.0)
-            enough = len(members) >= len(SEEDS) and coarser is not None and self.within(self.mean(members, coarser))
+            enough = len(members) >= ENOUGH and coarser is not None and self.within(self.mean(members, coarser))
             if enough or (members and self.spent - before + longest > allowed):
                 break
             if any(run.seed == seed for run in members):
