@@ -266,7 +266,7 @@ def test_cargo_that_stops_has_a_tolerance_too(made_up: MadeUp) -> None:
 
 
 def test_round_shells_move_the_bar_by_what_they_are_off(made_up: MadeUp) -> None:
-    """By the largest distance, times OTHERS, on the finer of their grids; the axisymmetric shell of it is computed beside them."""
+    """By OTHERS times the largest distance, on the finer of their grids, where the axisymmetric shell is run beside them."""
     off = {(29, 1): 0.3, (44, 1): -0.04, (44, 5): 0.06}
     made_up.energy = lambda of, seed: 9.0 + 1.0 / in_radius(of) ** 2 + (off[of.grid.generatrix, seed] if seed else 0.0)
     found = climb(case(), 0.02)
