@@ -367,7 +367,7 @@ class _Climber:
         return runs, ""
 
     def beside(self, plain: _Found, full: Sequence[_Run]) -> _Found:
-        """The answer of the axisymmetric shell; its error takes up how far full shells are off it, on the finest of their grids."""
+        """The answer of the axisymmetric shell; its error takes up how far full shells are off it on their finest grid."""
         apart, peaks = 0.0, dict(plain.peaks)
         for run in [run for run in full if run.cells == full[-1].cells]:
             twin = self.run(level(self.case, "axisymmetric", run.cells, run.case.grid.hoop))
