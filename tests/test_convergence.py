@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from softbrake.convergence import CAUTION, SAFETY, estimate, estimate_of_neighbours, prediction
+from softbrake.convergence import CAUTION, NEIGHBOURLY, SAFETY, estimate, estimate_of_neighbours, prediction
 
 
 def test_published_set() -> None:
@@ -75,7 +75,7 @@ def test_neighbours_of_known_order_give_their_limit(order: float, part: float) -
     found = estimate_of_neighbours(BESIDE, values)
     assert (found.order, found.value, found.trusted) == (order, values[-1], True)
     assert found.limit == pytest.approx(3.0, abs=1e-12)
-    assert found.error == pytest.approx(SAFETY * abs(values[-1] - 3.0), rel=1e-6)
+    assert found.error == pytest.approx(NEIGHBOURLY * abs(values[-1] - 3.0), rel=1e-6)
 
 
 @pytest.mark.parametrize("order", [0.9, 1.0, 1.3, 1.5, 1.7, 1.9, 2.0, 2.5])

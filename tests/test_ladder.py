@@ -22,10 +22,14 @@ import softbrake
 from softbrake import drop, ladder
 from softbrake.case import Case, full_stop, level
 from softbrake.cli import app
-from softbrake.convergence import prediction
+from softbrake.convergence import NEIGHBOURLY, prediction
 from softbrake.drop import Diverged, Drop
 from softbrake.ladder import (
+    COARSE,
+    ENOUGH,
+    FINE,
     NEIGHBOURS,
+    OTHERS,
     SCREEN,
     SEEDS,
     Climb,
@@ -76,7 +80,7 @@ class MadeUp:
 
     base: Summary  # of a lumped run
     energy: Callable[[Case, int], float] = lambda of, seed: 9.0  # m^2/s^2, as of `kinetic`
-    out: Callable[[Case, int], float] = lambda of, seed: SEEDS[seed - 1] if seed else 0.0  # of the radius
+    out: Callable[[Case, int], float] = lambda of, seed: SEEDS[(seed - 1) % len(SEEDS)] if seed else 0.0  # of the radius
     seconds: Callable[[Case], float] = lambda of: 1.0 if of.model.fidelity == "full" else 1e-3
     fate: Callable[[Case, int], str] = lambda of, seed: ""  # another than to end: diverged, time_limit or interrupted
     done: list[tuple[Case, int]] = field(default_factory=list)
@@ -232,8 +236,12 @@ def test_speeds_are_continuous_where_the_cargo_begins_to_reach_the_ground() -> N
 
 @pytest.mark.parametrize("energy", [0.02, -0.02])
 def test_grids_that_do_not_agree_whether_the_cargo_stops_have_a_bar_that_holds_both(energy: float, made_up: MadeUp) -> None:
-    made_up.energy = lambda of, seed: energy * (1.0 if of.grid.generatrix % 2 else -1.0)
-    summary = climb(case(), 0.05).summary
+    """However many there are: each new grid says the other."""
+    values: dict[int, float] = {}
+    made_up.energy = lambda of, seed: values.setdefault(of.grid.generatrix, energy * (-1.0) ** len(values))
+    made_up.seconds = lambda of: 1e-6 * of.grid.generatrix**2
+    summary = climb(case(), 0.05, budget=1.0).summary
+    assert not reached(replace(case(), tolerance=0.05, insists=True), summary)
     assert speed_of(summary) + bar(summary) >= math.sqrt(0.02)
     assert speed_of(summary) - bar(summary) <= 0.0
 
@@ -258,36 +266,58 @@ def test_cargo_that_stops_has_a_tolerance_too(made_up: MadeUp) -> None:
 
 
 def test_round_shells_move_the_bar_by_what_they_are_off(made_up: MadeUp) -> None:
-    """On their own grid, the axisymmetric shell of which is computed beside them."""
-    made_up.energy = lambda of, seed: 9.0 + 1.0 / in_radius(of) ** 2 + (0.06 if of.model.fidelity == "full" else 0.0)
-    summary = climb(case(), 0.02).summary
-    alone = climb(case(), 0.02)
-    assert alone.case.model.fidelity == "axisymmetric"
-    assert 0.01 <= bar(summary) < 0.015
+    """By OTHERS times the largest distance, on the finer of their grids, where the axisymmetric shell is run beside them."""
+    off = {(29, 1): 0.3, (44, 1): -0.04, (44, 5): 0.06}
+    made_up.energy = lambda of, seed: 9.0 + 1.0 / in_radius(of) ** 2 + (off[of.grid.generatrix, seed] if seed else 0.0)
+    found = climb(case(), 0.02)
+    summary = found.summary
+    assert found.case.model.fidelity == "axisymmetric"
+    grids = NEIGHBOURLY / in_radius(found.case) ** 2  # of order 2 without scatter
+    assert bar(summary) == pytest.approx(speed_range(made_up.energy(found.case, 0), grids + OTHERS * 0.06)[1], rel=1e-6)
+    assert summary.peak_errors is not None
+    assert summary.peak_errors["peak_deceleration"] == pytest.approx(10.0 * (grids + OTHERS * 0.06), rel=1e-6)
     assert str(summary.fidelity_reason).endswith("full shells stay round")
-    for screened, seed in made_up.of("full"):
-        assert seed
+    assert [(of.grid.generatrix, seed) for of, seed in made_up.of("full")] == list(off)
+    for screened, _ in made_up.of("full")[1:]:
         twins = [of for of, _ in made_up.of("axisymmetric") if of.grid == screened.grid]
         assert twins and twins[0].contact == screened.contact
     made_up.energy = lambda of, seed: 9.0 + (1.0 if of.model.fidelity == "full" else 0.0)
     moved = climb(case(), 0.02).summary
     assert not reached(replace(case(), tolerance=0.02, insists=True), moved)
-    assert bar(moved) >= math.sqrt(10.0) - 3.0
-    assert str(moved.fidelity_reason).endswith("but their disturbances move the answer")
+    assert bar(moved) == pytest.approx(speed_range(9.0, OTHERS)[1], rel=1e-6)
+    assert str(moved.fidelity_reason).endswith("full shells stay round, but are off it")
 
 
-def test_shell_that_lets_a_disturbance_grow_is_asked_on_a_finer_grid(made_up: MadeUp) -> None:
-    climb(case(), 0.02)
-    assert {of.grid.generatrix for of, _ in made_up.of("full")} == {29}  # 12 in a radius
-    made_up.done.clear()
-    made_up.out = lambda of, seed: 3.0 * SEEDS[seed - 1] if seed else 0.0
+@pytest.mark.parametrize("growth", [0.1, 1.0, 3.0])
+def test_shell_that_stays_round_is_asked_on_a_finer_grid(growth: float, made_up: MadeUp) -> None:
+    """Whether or not it lets a disturbance grow; one that does not stay round is an ensemble's at once."""
+    made_up.out = lambda of, seed: growth * SEEDS[(seed - 1) % len(SEEDS)] if seed else 0.0
     found = climb(case(), 0.02)
-    assert [(of.grid.generatrix, seed) for of, seed in made_up.of("full")] == [(29, 1), (29, 3), (44, 1)]
+    assert [(of.grid.generatrix, seed) for of, seed in made_up.of("full")] == [(29, 1), (44, 1), (44, 5)]  # 12, 18 in a radius
     assert found.case.model.fidelity == "axisymmetric"
-    made_up.seconds = lambda of: 10.0 if of.model.fidelity == "full" else 1e-3
-    dear = climb(case(), 0.02, budget=30.0).summary
-    assert dear.impact_velocity_error is None
-    assert "whether it stays round takes a finer grid than the budget allows" in str(dear.fidelity_reason)
+    assert reached(replace(case(), tolerance=0.02, insists=True), found.summary)
+    made_up.out = not_round
+    lost = climb(case(), 0.02).summary
+    assert [rung.generatrix for rung in lost.ladder if rung.verdict.startswith("not round")] == [29]
+    assert not any(rung.verdict.startswith("round") for rung in lost.ladder)
+
+
+@pytest.mark.parametrize(
+    ("budget", "grids"), [(5.0, [29]), (15.0, [29]), (50.0, [29]), (60.0, [29, 44]), (85.0, [29, 44]), (95.0, [29, 44, 44])]
+)
+def test_round_shell_is_no_claim_where_the_budget_allows_no_two_finer_ones(
+    budget: float, grids: list[int], made_up: MadeUp
+) -> None:
+    """Full shells of 10 s each; finer ones of 41 s at most, for all that is known before, and of 40 s each."""
+    made_up.seconds = lambda of: 1e-3 if of.model.fidelity != "full" else 10.0 if of.grid.generatrix == 29 else 40.0
+    summary = climb(case(), 0.02, budget).summary
+    assert [of.grid.generatrix for of, _ in made_up.of("full")] == grids
+    assert summary.impact_velocity == pytest.approx(3.0)
+    claimed = grids == [29, 44, 44]
+    assert (summary.impact_velocity_error is not None) == claimed
+    assert reached(replace(case(), tolerance=0.02, insists=True), summary) == claimed
+    said = "whether it stays round takes finer grids than the budget allows"
+    assert (said in str(summary.fidelity_reason)) == (not claimed)
 
 
 def test_shell_that_loses_its_symmetry_is_answered_by_the_mean_of_full_ones(made_up: MadeUp) -> None:
@@ -297,7 +327,7 @@ def test_shell_that_loses_its_symmetry_is_answered_by_the_mean_of_full_ones(made
     members = [seed for of, seed in made_up.of("full") if of.grid == found.case.grid]
     energies = [scattered(found.case, seed) for seed in members]
     assert (found.case.model.fidelity, found.case.grid.generatrix) == ("full", 44)
-    assert members == list(range(1, len(members) + 1)) and len(members) >= len(SEEDS)
+    assert members == list(range(1, len(members) + 1)) and len(members) >= ENOUGH
     mean, error = prediction(energies)
     assert summary.impact_velocity == pytest.approx(math.sqrt(mean))
     assert bar(summary) >= speed_range(mean, error)[1]
@@ -338,7 +368,7 @@ def test_shell_that_is_round_on_the_coarse_grid_only_has_a_bar_as_wide_as_grids_
         return 9.0 + (apart if of.model.fidelity == "full" and in_radius(of) > SCREEN + 1 else 0.0)
 
     def out(of: Case, seed: int) -> float:
-        return 0.0 if not seed else 0.1 if in_radius(of) > SCREEN + 1 else 2.0 * SEEDS[seed - 1]
+        return 0.0 if not seed else 0.1 if in_radius(of) > SCREEN + 1 else 2.0 * SEEDS[(seed - 1) % len(SEEDS)]
 
     made_up.energy, made_up.out = energy, out
     summary = climb(case(), 0.02, budget).summary
@@ -349,11 +379,32 @@ def test_shell_that_is_round_on_the_coarse_grid_only_has_a_bar_as_wide_as_grids_
 
 @pytest.mark.parametrize("budget", [0.0, 3.0, 10.0, 30.0, 600.0])
 def test_members_that_agree_on_one_grid_are_no_claim(budget: float, made_up: MadeUp) -> None:
-    """They are wrong alike: a finer grid, or none within the budget, answers 3.5 m/s."""
+    """They are wrong alike: another grid answers otherwise, and the bar is at least OTHERS times as wide as they are apart."""
     made_up.out = not_round
-    made_up.energy = lambda of, seed: 9.0 + 1e-3 * seed if in_radius(of) < SCREEN + 1 else 12.25 + 1e-3 * seed
-    summary = climb(case(), 0.02, budget).summary
-    assert speed_of(summary) + bar(summary) >= 3.5
+    level_of = {math.ceil(2.4 * cells): value for cells, value in ((COARSE, 8.5), (SCREEN, 9.0), (FINE, 12.25))}
+    made_up.energy = lambda of, seed: level_of.get(of.grid.generatrix, 12.25) + 1e-3 * seed
+    found = climb(case(), 0.02, budget)
+    summary = found.summary
+    used = {
+        n: [made_up.energy(of, seed) for of, seed in made_up.of("full") if of.grid.generatrix == n]
+        for n in sorted({of.grid.generatrix for of, _ in made_up.of("full")})
+    }
+    if budget == 0.0:
+        assert found.case.grid.generatrix == 29 and summary.impact_velocity_error is None
+        return
+    assert list(used) == ([22, 29] if budget < 30.0 else [29, 44])
+    rough, members = used.values()
+    (coarser, other), (mean, error) = prediction(rough), prediction(members)
+    assert found.case.grid.generatrix == max(used)
+    assert summary.ensemble is not None and summary.ensemble.members == len(members)
+    assert summary.impact_velocity == pytest.approx(math.sqrt(mean))
+    apart = OTHERS * abs(coarser - mean)
+    assert bar(summary) >= speed_range(mean, apart)[1] * (1.0 - 1e-9)
+    assert bar(summary) == pytest.approx(speed_range(mean, max(error if len(members) > 1 else other, apart))[1])
+    assert not reached(replace(case(), tolerance=0.02, insists=True), summary)
+    if budget >= 30.0:
+        assert speed_of(summary) - bar(summary) <= 3.0 and speed_of(summary) >= 3.5
+    assert (summary.impact_velocity_error is None) == (budget < 10.0)
 
 
 def test_printed_scheme_is_answered_by_full_shells(made_up: MadeUp) -> None:
@@ -400,13 +451,17 @@ def test_budget_is_kept(out: Callable[[Case, int], float] | None, made_up: MadeU
     assert spent(made_up, 64.0) > 2.0
 
 
-@pytest.mark.parametrize(("budget", "members"), [(15.0, 1), (25.0, 2), (35.0, 3)])
-def test_member_beyond_the_budget_is_not_begun(budget: float, members: int, made_up: MadeUp) -> None:
-    """Full shells of 10 s each; one alone is no claim."""
+@pytest.mark.parametrize(("budget", "runs", "members"), [(12.0, 1, 1), (25.0, 2, 1), (35.0, 3, 2), (45.0, 4, 3)])
+def test_member_beyond_the_budget_is_not_begun(budget: float, runs: int, members: int, made_up: MadeUp) -> None:
+    """Full shells of 10 s each, one of them on the coarser grid; one alone on the grid of the answer is no claim.
+
+    The coarser one would take (9/12)^3.5 of the 10 s at least, and so more than the 2 s that 12 s leave.
+    """
     made_up.out, made_up.energy = not_round, scattered
     made_up.seconds = lambda of: 10.0 if of.model.fidelity == "full" else 1e-3
     summary = climb(case(), 0.001, budget).summary
-    assert len(made_up.of("full")) == members
+    assert len(made_up.of("full")) == runs
+    assert summary.ensemble is not None and summary.ensemble.members == members
     assert (summary.impact_velocity_error is None) == (members == 1)
 
 
@@ -443,14 +498,15 @@ def test_without_budget_nothing_is_called_converged(out: Callable[[Case, int], f
     summary = climb(case(), 0.001, budget=0.0).summary
     assert summary.impact_velocity is not None
     assert not reached(replace(case(), tolerance=0.001, insists=True), summary)
-    assert not any(
-        "within the tolerance" in rung.verdict or "agree" in rung.verdict for rung in summary.ladder if rung.error is None
-    )
+    assert not any(rung.verdict.endswith((", within the tolerance", "grids beside it agree")) for rung in summary.ladder)
+    assert all(rung.error is None for rung in summary.ladder)
+    assert summary.impact_velocity_error is None
     if out is None:
-        assert summary.impact_velocity_error is None
-        assert "the budget is used up" in str(summary.fidelity_reason)
+        assert "1 grids are no error bar" in str(summary.fidelity_reason)
+        assert "whether it stays round takes finer grids than the budget allows" in str(summary.fidelity_reason)
     else:
-        assert abs(speed_of(summary) - 3.0) <= bar(summary)
+        assert "this scene does not determine the impact velocity better" in str(summary.fidelity_reason)
+        assert summary.ensemble is not None and summary.ensemble.members == 1
     assert not any("inf" in text for text in (str(summary.fidelity_reason), *(rung.verdict for rung in summary.ladder)))
 
 
@@ -500,16 +556,38 @@ def test_level_that_diverges_everywhere(fidelity: str, made_up: MadeUp) -> None:
     assert alone.impact_velocity == pytest.approx(3.0)
     assert alone.impact_velocity_error is None
     assert "no full shell reaches its end" in str(alone.fidelity_reason)
-    assert [rung.verdict for rung in alone.ladder if rung.fidelity == "full"] == ["diverged: diverged at 0.01 s"] * 3
+    assert [rung.verdict for rung in alone.ladder if rung.fidelity == "full"] == ["diverged: diverged at 0.01 s"] * 2
 
 
 def test_finer_grid_that_diverges_is_no_claim(made_up: MadeUp) -> None:
-    """Of the axisymmetric shell; of the full one that lets its disturbance grow, and is to show on it whether it stays round."""
+    """Of the axisymmetric shell, where it is the twin of a full one as well."""
     made_up.fate = lambda of, seed: "diverged" if of.model.fidelity == "axisymmetric" and in_radius(of) > 14 else ""
-    assert climb(case(), 0.05).summary.impact_velocity_error is None
+    summary = climb(case(), 0.05).summary
+    assert summary.impact_velocity == pytest.approx(3.0)
+    assert summary.impact_velocity_error is None
+
+
+def test_finer_full_shell_that_diverges_is_no_claim(made_up: MadeUp) -> None:
+    """It is to show whether the shell stays round."""
     made_up.fate = lambda of, seed: "diverged" if of.model.fidelity == "full" and in_radius(of) > 14 else ""
-    made_up.out = lambda of, seed: 3.0 * SEEDS[seed - 1] if seed else 0.0
-    assert climb(case(), 0.05).summary.impact_velocity_error is None
+    summary = climb(case(), 0.05).summary
+    assert summary.impact_velocity == pytest.approx(3.0)
+    assert summary.impact_velocity_error is None
+    assert str(summary.fidelity_reason).endswith("; a finer full shell diverges")
+    assert [rung.generatrix for rung in summary.ladder if rung.verdict.startswith("diverged")] == [44]
+
+
+@pytest.mark.parametrize(("lost", "last"), [(22, 54), (26, 65), (32, 78), (38, 94)])
+def test_climb_goes_on_after_a_grid_that_diverges(lost: int, last: int, made_up: MadeUp) -> None:
+    """With as many grids beside one another as ever, none of them coarser than the one that diverged."""
+    made_up.energy = lambda of, seed: 9.0 + 1.0 / in_radius(of) ** 2
+    made_up.fate = lambda of, seed: "diverged" if of.model.fidelity == "axisymmetric" and of.grid.generatrix == lost else ""
+    found = climb(case(), 0.05)
+    assert (found.case.model.fidelity, found.case.grid.generatrix) == ("axisymmetric", last)
+    assert reached(replace(case(), tolerance=0.05, insists=True), found.summary)
+    energy = made_up.energy(found.case, 0)
+    assert bar(found.summary) == pytest.approx(speed_range(energy, NEIGHBOURLY * (energy - 9.0))[1], rel=1e-6)
+    assert [rung.generatrix for rung in found.summary.ladder if rung.verdict.startswith("diverged")] == [lost]
 
 
 def test_members_that_diverge_are_left_out(made_up: MadeUp) -> None:
@@ -518,7 +596,7 @@ def test_members_that_diverge_are_left_out(made_up: MadeUp) -> None:
     found = climb(case(), 0.03)
     assert found.summary.ensemble is not None
     fallen = [seed for of, seed in made_up.of("full") if of.grid == found.case.grid and seed != 2]
-    assert found.summary.ensemble.members == len(fallen) >= len(SEEDS)
+    assert found.summary.ensemble.members == len(fallen) >= ENOUGH
 
 
 def test_companion_that_diverges_costs_the_error_bar_only(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -624,7 +702,7 @@ def test_slack_fabric_that_crumples_is_answered_by_full_shells_and_kept(tmp_path
     summary = softbrake.run(falling, tmp_path / "a.vtkhdf")
     assert reached(falling, summary)
     assert abs(speed_of(summary) - 6.91144) <= bar(summary) <= 0.01 * 6.91144
-    assert summary.ensemble is not None and summary.ensemble.members >= len(SEEDS)
+    assert summary.ensemble is not None and summary.ensemble.members >= ENOUGH
     assert summary.ensemble.least <= speed_of(summary) <= summary.ensemble.most
     kept, history = read_summary(tmp_path / "a.vtkhdf"), read_history(tmp_path / "a.vtkhdf")
     assert kept is not None
@@ -710,10 +788,17 @@ def test_command_prints_an_ensemble(made_up: MadeUp) -> None:
 def test_command_fails_where_the_tolerance_is_not_reached(made_up: MadeUp) -> None:
     """One that is asked for; without one, the answer is as good as it is."""
     made_up.energy = lambda of, seed: 9.0 + 10.0 / in_radius(of)
+    made_up.seconds = lambda of: 0.05 if of.model.fidelity == "full" else 1e-6 * of.grid.generatrix**2
     code, out, err = invoke("--tolerance", "0.01%", "--budget", "1")
     assert code == 1
     assert "the tolerance of 0.0001 was not reached: " in err
     assert "impact velocity" in out and "±" in out
+    calm = made_up.base
+    made_up.base = replace(calm, doubt="energy of nothing")
+    code, _, err = invoke("--tolerance", "0.01%", "--budget", "1")
+    assert code == 1
+    assert "energy of nothing; " in err and "the tolerance of 0.0001 was not reached: " in err
+    made_up.base = calm
     code, _, err = invoke("--set", "model.fidelity=auto", "--budget", "0")
     assert (code, "was not reached" in err) == (0, False)
 
@@ -741,6 +826,7 @@ def test_command_that_diverges(made_up: MadeUp) -> None:
         (("--tolerance", "small"), "--set tolerance=small: tolerance: 'small' is not a number with a unit"),
         (("--tolerance", "1%", "--error-bar"), "--error-bar: a run for a tolerance has one already"),
         (("--error-bar", "--set", "grid.hoop=9"), "too coarse for an error bar"),
+        (("--error-bar", "--set", "model.fidelity=lumped"), "a lumped run has no grid, and so no error bar of one"),
     ],
 )
 def test_bad_input(arguments: tuple[str, ...], fault: str) -> None:
