@@ -371,7 +371,11 @@ class _Climber:
         """The answer of the axisymmetric shell; its error takes up how far full shells are off it on their finest grid."""
         apart, peaks = 0.0, dict(plain.peaks)
         for run in [run for run in full if run.cells == full[-1].cells]:
-            twin = self.run(level(self.case, "axisymmetric", run.cells, run.case.grid.hoop))
+            try:
+                twin = self.run(level(self.case, "axisymmetric", run.cells, run.case.grid.hoop))
+            except Diverged as diverged:
+                self.lost(level(self.case, "axisymmetric", run.cells, run.case.grid.hoop), diverged)
+                return replace(plain, error=math.inf, reason=f"{plain.reason}; it diverges on the grid of the full shells")
             apart = max(apart, OTHERS * abs(kinetic(run.case, run.summary) - kinetic(twin.case, twin.summary)))
             for name in peaks:
                 off = OTHERS * abs(getattr(run.summary, name) - getattr(twin.summary, name))
@@ -400,6 +404,8 @@ class _Climber:
         cost = max(run.seconds for run in rough)
         affordable = len(SEEDS) * (1.0 + COSTLIER["full"]) * cost < self.left()
         first, second = (SCREEN, FINE) if affordable else (COARSE, SCREEN)
+        if not affordable and cost * (COARSE / SCREEN) ** 3.5 > self.left():
+            return self.best
         found = self.gather(first, rough if affordable else [], 0.3, None)
         return self.gather(second, [] if affordable else rough, 1.0, found)
 
