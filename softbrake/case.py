@@ -186,12 +186,12 @@ class Case:
     initial: Literal["unloaded", "inflated"]  # shape at first contact
     friction: float  # Coulomb's coefficient on ground and cover
     tolerance: float | None  # relative, of the impact velocity: then fidelity, grid and Courant number are chosen
-    insists: bool  # whether an answer that does not reach the tolerance is a failure: where the case names one
     pressure: Pressure
     grid: Grid
     time: Time
     model: Model
     output: Output
+    insists: bool = False  # whether an answer that misses the tolerance is a failure: where the case names one
 
     @property
     def without_contact(self) -> list[str]:

@@ -324,6 +324,8 @@ def _close_in(attempt: Callable[[float], Point], a: Point, b: Point) -> tuple[Po
 
 def _numerical_error(case: Case, target: Target, summary: Summary) -> tuple[float | None, str]:
     """Error of the score by neighbouring grids, and in words what it rests on."""
+    if case.model.fidelity == "lumped":
+        return 0.0, "gas alone has no grid; the last bracket"
     try:
         runs = [*neighbours(case), summary]
         scores = [target.score(case, one) for one in runs]

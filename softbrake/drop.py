@@ -538,7 +538,8 @@ class Drop:
         ratio, printed = damping_ratio(case.shell, fabric, case.grid), case.model.scheme == "cell"
         lawless = fabric.law == "true_tension" or (fabric.law != "tension_field" and fabric.slack == "cut" and fabric.nu12 > 0.0)
         made = self.made()
-        if lawless and (made["fabric"] >= max(made.values()) > 0.0 or ratio < (UNDAMPED if printed else LEAKY)):
+        makes = not printed and made["fabric"] >= max(made.values()) > 0.0
+        if lawless and (makes or ratio < (UNDAMPED if printed else LEAKY)):
             return (
                 "tensions without a potential, which gain energy where fabric gets slack and taut again, at any step; "
                 "try fabric.law=tension_field" + (", and model.scheme=edge" if printed else "")

@@ -231,9 +231,9 @@ SECTIONS: dict[str, tuple[Key, ...]] = {
         Key(
             "fidelity",
             tuple(UNKNOWN_CONTACT),
-            "how much of the shell",
+            "level",
             "auto",
-            computed="auto, or full on a grid of its own",
+            computed="auto, full on a grid given",
         ),
         Key("sector", int, "columns of the part (sector), which divide grid.hoop", "9", least=1, most=10_000),
     ),
