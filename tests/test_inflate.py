@@ -183,7 +183,6 @@ def test_a_law_that_starts_without_pressure_inflates_by_its_largest(softbrake: C
     [
         ("pressure.value=0", "there is no pressure to inflate the shell with"),
         ("model.fidelity=lumped", "fidelity lumped has no grid of a shell"),
-        ("model.fidelity=auto", "fidelity auto has no grid of a shell"),
     ],
 )
 def test_nothing_to_inflate(softbrake: Command, paper: Path, override: str, fault: str) -> None:
