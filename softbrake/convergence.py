@@ -9,7 +9,8 @@ from statistics import fmean, stdev
 
 FORMAL_ORDER = 2.0  # of the scheme in space and time
 SAFETY = 1.25  # of an index from three grids that converge as they should (ASME V&V 20)
-NEIGHBOURLY = 1.5  # of a limit by neighbouring grids, whose order may lie between those fitted
+NEIGHBOURLY = 2.0  # of a limit by neighbouring grids, whose order may lie between those fitted
+DEVIATIONS = 3.0  # of values from such a fit, of which a few grids tell little
 CAUTION = 3.0  # of one from grids that do not
 LEAST_ORDER = 0.3  # below it the bar is many times the differences, and means nothing
 
@@ -58,7 +59,7 @@ def estimate_of_neighbours(cells: Sequence[int], values: Sequence[float]) -> Est
     """Return limit and error bar of the finest of four values or more, on grids of so many cells in any order.
 
     Least squares of a + b h^p for p = 1 and 2; the one that leaves less is taken, and where neither leaves half of the other, the
-    one that is further from the finest value. error = safety |finest - a| + 2 standard deviations of the values from the fit, so
+    one that is further from the finest value. error = 2 |finest - a| + 3 standard deviations of the values from the fit, so
     grids that scatter have a wide bar, however near two or three of them are. One value that is far off counts as scatter.
     """
     finest = max(cells)
@@ -77,7 +78,7 @@ def estimate_of_neighbours(cells: Sequence[int], values: Sequence[float]) -> Est
         order, limit = other_order, other_limit
     scatter = math.sqrt(least / (len(values) - 2))
     floor = 1e-12 * max(map(abs, values))
-    return Estimate(value, order if clear else None, limit, NEIGHBOURLY * abs(value - limit) + 2.0 * scatter + floor, clear)
+    return Estimate(value, order if clear else None, limit, NEIGHBOURLY * abs(value - limit) + DEVIATIONS * scatter + floor, clear)
 
 
 # Student's t of 95 %, two-sided, by degrees of freedom from 1 on; beyond the list that of the last is taken
