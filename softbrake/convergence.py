@@ -78,7 +78,8 @@ def estimate_of_neighbours(cells: Sequence[int], values: Sequence[float]) -> Est
         order, limit = other_order, other_limit
     scatter = math.sqrt(least / (len(values) - 2))
     floor = 1e-12 * max(map(abs, values))
-    return Estimate(value, order if clear else None, limit, NEIGHBOURLY * abs(value - limit) + DEVIATIONS * scatter + floor, clear)
+    error = NEIGHBOURLY * abs(value - limit) + DEVIATIONS * scatter + floor
+    return Estimate(value, order if clear else None, limit, error, clear)
 
 
 # Student's t of 95 %, two-sided, by degrees of freedom from 1 on; beyond the list that of the last is taken

@@ -669,7 +669,7 @@ def test_reading_a_case_loads_no_arrays() -> None:
 
 
 def test_contact_is_all_of_it_or_what_is_named() -> None:
-    assert parse_case(GOOD, "case.yaml").contact == ("ground", "cover", "cargo", "axis", "folds")  # of any fidelity that is chosen
+    assert parse_case(GOOD, "case.yaml").contact == ("ground", "cover", "cargo", "axis", "folds")  # of any fidelity
     assert parse_case(GOOD, "case.yaml", ["model.fidelity=full"]).contact == ("ground", "cover", "cargo", "folds")
     assert parse_case(GOOD + "contact: full\n", "case.yaml") == parse_case(GOOD, "case.yaml")
     assert parse_case(GOOD + "contact: solid\n", "case.yaml").contact == ("ground", "cover", "cargo")
