@@ -103,11 +103,13 @@ def test_inputs_that_lose_an_answer_come_first(softbrake: Command) -> None:
     assert "–: no answer at 0.2 % more or less" in done.stdout
 
 
-def test_inputs_that_must_fit_each_other_are_named() -> None:
-    case = [LUMPED, "fabric.nu21=0.25"]
-    found = sensitivities(NO_BELTS, case, softbrake.run(load_case(NO_BELTS, case)))
-    assert found.left_out.keys() == {"fabric.E11", "fabric.E22", "fabric.nu12", "fabric.nu21"}
-    assert "nu12*E11 = 5025 N/m is not nu21*E22 = 5000 N/m" in found.left_out["fabric.nu12"]
+def test_inputs_that_must_fit_each_other_are_named(tmp_path: Path) -> None:
+    """With both Poisson's ratios in a file neither modulus can be varied alone; a ratio takes the other one with it."""
+    case, file = [LUMPED], tmp_path / "both.yaml"
+    file.write_text(NO_BELTS.read_text(encoding="utf-8").replace("nu12: 0.25", "nu12: 0.25\n  nu21: 0.25"), encoding="utf-8")
+    found = sensitivities(file, case, softbrake.run(load_case(file, case)))
+    assert found.left_out.keys() == {"fabric.E11", "fabric.E22"}
+    assert "nu12*E11 = 5025 N/m is not nu21*E22 = 5000 N/m" in found.left_out["fabric.E11"]
     assert "cargo.mass" in {row.path for row in found.inputs}
     alone = [LUMPED]  # of nu12 and nu21 one, and the other follows
     assert not sensitivities(NO_BELTS, alone, softbrake.run(load_case(NO_BELTS, alone))).left_out
