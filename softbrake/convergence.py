@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
-from statistics import fmean, stdev
+from statistics import fmean
 
 FORMAL_ORDER = 2.0  # of the scheme in space and time
 SAFETY = 1.25  # of an index from three grids that converge as they should (ASME V&V 20)
@@ -58,9 +58,10 @@ def estimate(coarse: float, medium: float, fine: float, ratio: float, formal: fl
 def estimate_of_neighbours(cells: Sequence[int], values: Sequence[float]) -> Estimate:
     """Return limit and error bar of the finest of four values or more, on grids of so many cells in any order.
 
-    Least squares of a + b h^p for p = 1 and 2; the one that leaves less is taken, and where neither leaves half of the other, the
-    one that is further from the finest value. error = 2 |finest - a| + 3 standard deviations of the values from the fit, so
-    grids that scatter have a wide bar, however near two or three of them are. One value that is far off counts as scatter.
+    Least squares of a + b h^p for p = 1 and 2. The one that leaves less is taken, and where it leaves more than a quarter of the
+    other's squares, the one whose limit is further from the finest value. error = 2 |finest - a| + 3 standard deviations of the
+    values from the fit, so grids that scatter have a wide bar, however near two or three of them are. One value that is far off
+    counts as scatter.
     """
     finest = max(cells)
     value = values[list(cells).index(finest)]
@@ -86,9 +87,15 @@ def estimate_of_neighbours(cells: Sequence[int], values: Sequence[float]) -> Est
 STUDENT = (12.71, 4.303, 3.182, 2.776, 2.571, 2.447, 2.365, 2.306, 2.262, 2.228, 2.201, 2.179, 2.160, 2.145, 2.131)
 
 
-def prediction(values: Sequence[float]) -> tuple[float, float]:
-    """Return the mean of some values, and by how much another one differs from it at most in 19 of 20 cases; inf of one value."""
-    mean, count = fmean(values), len(values)
-    if count < 2:
+def prediction(values: Sequence[float], beside: Sequence[float] = ()) -> tuple[float, float]:
+    """Return the mean of some values, and by how much another one differs from it at most in 19 of 20 cases; inf of one value.
+
+    beside: values about a mean of their own, with the same spread; the variance is that of both, pooled.
+    """
+    mean = fmean(values)
+    groups = [group for group in (values, beside) if group]
+    degrees = sum(len(group) - 1 for group in groups)
+    if degrees < 1:
         return mean, math.inf
-    return mean, STUDENT[min(count - 2, len(STUDENT) - 1)] * stdev(values) * math.sqrt(1.0 + 1.0 / count)
+    squares = sum((value - fmean(group)) ** 2 for group in groups for value in group)
+    return mean, STUDENT[min(degrees, len(STUDENT)) - 1] * math.sqrt(squares / degrees * (1.0 + 1.0 / len(values)))

@@ -12,13 +12,14 @@ from __future__ import annotations
 import math
 import time
 import warnings
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
+from statistics import fmean
 
 from softbrake import drop
 from softbrake.case import Case, Fidelity, LongStep, level, long_steps
-from softbrake.convergence import estimate_of_neighbours, prediction
+from softbrake.convergence import Estimate, estimate_of_neighbours, prediction
 from softbrake.drop import CLIMBED, CLOCK, Diverged, Drop, Progress
 from softbrake.state import History, Outcome
 from softbrake.summary import Ensemble, Rung, Summary
@@ -199,6 +200,7 @@ class _Found:
     peaks: dict[str, float] = field(default_factory=dict)  # estimated errors
     means: dict[str, float] = field(default_factory=dict)  # of an ensemble's peaks
     ensemble: Ensemble | None = None
+    members: tuple[_Run, ...] = ()  # of an ensemble
     doubt: str | None = None  # of any run behind it
 
 
@@ -217,6 +219,34 @@ def speed_range(energy: float, error: float) -> tuple[float, float]:
     """Impact velocity (m/s) of an energy of `kinetic`, and by how much it may be off."""
     low, speed, high = (math.sqrt(max(part, 0.0)) for part in (energy - error, energy, energy + error))
     return speed, max(high - speed, speed - low)
+
+
+def doubt_of(summaries: Iterable[Summary]) -> str | None:
+    """The first doubt among answers."""
+    return next((summary.doubt for summary in summaries if summary.doubt), None)
+
+
+def of_neighbours(runs: Sequence[tuple[Case, Summary]]) -> tuple[Estimate, dict[str, float]]:
+    """What grids beside one another say of the energy (see `kinetic`) and of the peaks' errors."""
+    cells = [summary.model.generatrix for _, summary in runs]
+    energy = estimate_of_neighbours(cells, [kinetic(case, summary) for case, summary in runs])
+    peaks = {
+        name: estimate_of_neighbours(cells, [getattr(summary, name) for _, summary in runs]).error
+        for name in PEAKS
+        if all(getattr(summary, name) is not None for _, summary in runs)
+    }
+    return energy, peaks
+
+
+def of_members(value: Callable[[_Run], float], members: Sequence[_Run], beside: Sequence[_Run]) -> tuple[float, float]:
+    """Mean of shells of a grid, and its error: what another drop may differ, and how far the mean of a grid beside is off.
+
+    Shells beside that do not stay round tell of the spread too.
+    """
+    others = [value(run) for run in beside]
+    crumpled = any(run.out_of_round > OUT_OF_ROUND for run in beside)
+    middle, error = prediction([value(run) for run in members], others if crumpled else ())
+    return middle, max(error, OTHERS * abs(fmean(others) - middle)) if others else error
 
 
 class _Climber:
@@ -333,27 +363,25 @@ class _Climber:
         energy = kinetic(finest.case, finest.summary)
         if len(runs) < NEIGHBOURS:
             return _Found(finest, energy, math.inf, f"{len(runs)} grids are no error bar")
-        cells = [run.cells for run in runs]
-        error = estimate_of_neighbours(cells, [kinetic(run.case, run.summary) for run in runs]).error
-        peaks = {
-            name: estimate_of_neighbours(cells, [getattr(run.summary, name) for run in runs]).error
-            for name in PEAKS
-            if getattr(finest.summary, name) is not None
-        }
+        found, peaks = of_neighbours([(run.case, run.summary) for run in runs])
         reason = f"the axisymmetric shell on {len(runs)} grids beside one another"
-        return _Found(
-            finest, energy, error, reason, peaks, doubt=next((run.summary.doubt for run in runs if run.summary.doubt), None)
-        )
+        return _Found(finest, energy, found.error, reason, peaks, doubt=doubt_of(run.summary for run in runs))
 
     def screen(self) -> tuple[list[_Run], str]:
-        """A disturbed full shell on a coarse grid, and two on a finer one if it stays round there; and what is left open."""
+        """A disturbed full shell on a coarse grid, one on a finer one if it stays round there, another there; what is left open.
+
+        Where the budget does not allow the last one, it is taken from the coarse grid.
+        """
         runs: list[_Run] = []
         for cells, seed in ((SCREEN, 1), (FINE, 1), (FINE, 1 + len(SEEDS))):
-            case, costlier = self.at("full", cells), COSTLIER["full"] if len(runs) == 1 else 1.0
             if any(run.out_of_round > OUT_OF_ROUND for run in runs):
                 break
-            if runs and costlier * runs[-1].seconds > self.left():
-                return runs, "whether it stays round takes finer grids than the budget allows"
+            price = runs[-1].seconds * (COSTLIER["full"] if len(runs) == 1 else 1.0) if runs else 0.0
+            if len(runs) == 2 and price > self.left():
+                cells, price = SCREEN, runs[0].seconds
+            if runs and price > self.left():
+                return runs, "whether it stays round takes more full shells than the budget allows"
+            case = self.at("full", cells)
             try:
                 run = self.run(case, seed)
             except Diverged as diverged:
@@ -370,7 +398,8 @@ class _Climber:
     def beside(self, plain: _Found, full: Sequence[_Run]) -> _Found:
         """The answer of the axisymmetric shell; its error takes up how far full shells are off it on their finest grid."""
         apart, peaks = 0.0, dict(plain.peaks)
-        for run in [run for run in full if run.cells == full[-1].cells]:
+        finest = max((run.cells for run in full), default=0)
+        for run in [run for run in full if run.cells == finest]:
             try:
                 twin = self.run(level(self.case, "axisymmetric", run.cells, run.case.grid.hoop))
             except Diverged as diverged:
@@ -383,7 +412,7 @@ class _Climber:
         if not full:
             return replace(plain, error=math.inf, reason=f"{plain.reason}; no full shell reaches its end beside it")
         found = replace(plain, error=plain.error + apart, peaks=peaks, reason=f"{plain.reason}; full shells stay round")
-        found.doubt = found.doubt or next((run.summary.doubt for run in full if run.summary.doubt), None)
+        found.doubt = found.doubt or doubt_of(run.summary for run in full)
         if not self.within(found):
             found.reason += ", but are off it" if apart > plain.error else ", but its grids do not agree"
         return found
@@ -437,16 +466,14 @@ class _Climber:
 
     def mean(self, members: Sequence[_Run], coarser: _Found | None) -> _Found:
         """Mean of shells of a grid, with what another drop may differ from it and by how much a coarser grid's mean is off."""
-        energies = [kinetic(run.case, run.summary) for run in members]
-        energy, error = prediction(energies)
-        if coarser is not None:
-            apart = OTHERS * abs(coarser.energy - energy)
-            error = max(error if len(members) > 1 else coarser.error, apart)
+        beside = coarser.members if coarser is not None else ()
+        energy, error = of_members(lambda run: kinetic(run.case, run.summary), members, beside)
         nearest = min(members, key=lambda run: abs(kinetic(run.case, run.summary) - energy))
-        values = {
-            name: [getattr(run.summary, name) for run in members] for name in PEAKS if getattr(nearest.summary, name) is not None
+        bars = {
+            name: of_members(lambda run, name=name: getattr(run.summary, name), members, beside)  # type: ignore[misc]
+            for name in PEAKS
+            if getattr(nearest.summary, name) is not None
         }
-        bars = {name: prediction(those) for name, those in values.items()}
         speeds = [speed_of(run.summary) for run in members]
         sizes = [SEEDS[(run.seed - 1) % len(SEEDS)] for run in members]
         grid = nearest.case.grid
@@ -459,7 +486,8 @@ class _Climber:
             {name: bar for name, (_, bar) in bars.items()},
             {name: middle for name, (middle, _) in bars.items()},
             Ensemble(len(members), min(speeds), max(speeds), min(sizes), max(sizes)),
-            next((run.summary.doubt for run in members if run.summary.doubt), None),
+            tuple(members),
+            doubt_of(run.summary for run in [*members, *beside]),
         )
 
     def done(self, found: _Found) -> Climb:
@@ -470,7 +498,12 @@ class _Climber:
         if found.ensemble is not None:
             reason += f"; all but velocity and peaks is of the one nearest the mean, {speed_of(base):.4g} m/s"
             if not within:
-                reason += "; this scene does not determine the impact velocity better"
+                enough = found.ensemble.members >= ENOUGH
+                reason += (
+                    "; this scene does not determine the impact velocity better"
+                    if enough
+                    else "; the budget allows no more of them"
+                )
         impact = speed if found.energy > 0.0 else None
         ending = "stopped" if impact is None else "impact"  # the mean's: the run nearest it may end otherwise
         summary = replace(
@@ -530,18 +563,11 @@ def _with_error_bar(case: Case, summary: Summary, coarser: Sequence[Summary]) ->
     runs = [*coarser, summary]
     if any(run.outcome == "time_limit" for run in runs):
         return replace(summary, fidelity_reason="no error bar: a run ends before impact; raise time.end")
-    cells = [run.model.generatrix for run in runs]
-    found = estimate_of_neighbours(cells, [kinetic(case, run) for run in runs])
+    found, peaks = of_neighbours([(case, run) for run in runs])
     _, error = speed_range(found.value, found.error)
-    peaks = {
-        name: estimate_of_neighbours(cells, [getattr(run, name) for run in runs]).error
-        for name in PEAKS
-        if getattr(summary, name) is not None
-    }
     order = "no clear order" if found.order is None else f"order {found.order:g}"
     reason = f"four grids beside one another, {order}; of the grid alone"
-    doubt = next((run.doubt for run in runs if run.doubt), None)
-    return replace(summary, impact_velocity_error=error, peak_errors=dict(peaks), fidelity_reason=reason, doubt=doubt)
+    return replace(summary, impact_velocity_error=error, peak_errors=dict(peaks), fidelity_reason=reason, doubt=doubt_of(runs))
 
 
 def probe(case: Case, seed: int = 0) -> tuple[Summary, float]:

@@ -135,15 +135,30 @@ def test_prediction_is_that_of_student(count: int) -> None:
     assert bar == pytest.approx(t * values.std(ddof=1) * math.sqrt(1.0 + 1.0 / count), rel=1e-3)
 
 
+@pytest.mark.parametrize("count", [1, 2, 5])
+def test_prediction_takes_the_spread_of_other_values_too(count: int) -> None:
+    """Pooled variance of two groups, each about its own mean: Student's t of n + m - 2 degrees of freedom."""
+    random = np.random.default_rng(count)
+    values, beside = random.normal(3.0, 0.1, count), random.normal(4.0, 0.1, 4)
+    mean, bar = prediction(list(values), list(beside))
+    pooled = np.concatenate([values - values.mean(), beside - beside.mean()])
+    degrees = count + 2
+    spread = math.sqrt((pooled**2).sum() / degrees)
+    assert mean == pytest.approx(values.mean())
+    assert bar == pytest.approx(stats.t.ppf(0.975, degrees) * spread * math.sqrt(1.0 + 1.0 / count), rel=1e-3)
+
+
 def test_one_drop_predicts_no_other() -> None:
     assert prediction([3.0]) == (3.0, math.inf)
+    assert prediction([3.0], [4.0]) == (3.0, math.inf)
 
 
+@pytest.mark.parametrize("others", [0, 3])
 @pytest.mark.parametrize("count", [2, 4, 8])
-def test_prediction_holds_another_drop_in_19_of_20_cases(count: int) -> None:
+def test_prediction_holds_another_drop_in_19_of_20_cases(count: int, others: int) -> None:
     random, trials, held = np.random.default_rng(count), 4000, 0
     for _ in range(trials):
         *values, other = random.normal(3.0, 0.1, count + 1)
-        mean, bar = prediction(values)
+        mean, bar = prediction(values, random.normal(2.0, 0.1, others).tolist())
         held += abs(other - mean) <= bar
     assert held / trials == pytest.approx(0.95, abs=0.012)
