@@ -18,7 +18,7 @@ from collections.abc import Iterable, Iterator
 from copy import deepcopy
 from pathlib import Path
 from resource import RUSAGE_CHILDREN, getrusage
-from statistics import median, quantiles
+from statistics import median
 from time import perf_counter, process_time
 from typing import Any
 
@@ -49,9 +49,6 @@ PAPER = ROOT / "configs" / "paper.yaml"
 FLIGHT = 0.01  # s after contact: inflated, swinging, half of the hoops slack at times
 CHUNK_SECONDS = 0.1
 CHUNKS = 9
-SHORT_FLIGHT = 0.003  # s after contact, where two threads are timed
-THREADS_CHUNK, THREADS_CHUNKS = 0.01, 300  # s of one thread, shorter than what a system leaves a thread at a time
-
 Row = dict[str, Any]
 
 
@@ -95,37 +92,6 @@ def kernel_rate(grid: tuple[int, int], calibration: Calibration, *overrides: str
         "highest": max(rates),
         "ratio_to_calibration": median(ratios),
         "step_choice_share": median(choices) / (STEPS_PER_STEP_CHOICE * rate),
-    }
-
-
-def thread_gain(grid: tuple[int, int]) -> Row:
-    """Measure a step by one thread and by two, in turn, by the wall; only with two cores that nobody else wants is it what it is.
-
-    The lower deciles, of many short chunks, are the nearest to that on a busy machine.
-    """
-    generatrix, hoop = grid
-    drop = Drop(paper(f"grid.generatrix={generatrix}", f"grid.hoop={hoop}"))
-    while drop.now(History.TIME) < SHORT_FLIGHT:
-        drop.advance(SHORT_FLIGHT)
-    start_state = deepcopy(drop.state)
-    most = max(round(THREADS_CHUNK / (8e-9 * (generatrix + 1) * hoop)), 2)
-    seconds: dict[int, list[float]] = {1: [], 2: []}
-    for _ in range(THREADS_CHUNKS):
-        for threads, found in seconds.items():
-            drop.threads, drop.paused = threads, 0
-            restore(drop, start_state)
-            start = perf_counter()
-            drop.advance(most=most)
-            found.append((perf_counter() - start) / most)
-    one, two = (1e6 * quantiles(found, n=10)[0] for found in seconds.values())
-    return {
-        "grid": f"{generatrix} x {hoop}",
-        "us_a_step_by_one": 1e6 * median(seconds[1]),
-        "by_two": 1e6 * median(seconds[2]),
-        "median_gain": median(alone / helped for alone, helped in zip(*seconds.values(), strict=True)),
-        "us_by_one_lower_decile": one,
-        "by_two_lower_decile": two,
-        "gain_of_lower_deciles": one / two,
     }
 
 
@@ -284,7 +250,7 @@ def main() -> None:
         rates += [kernel_rate(grid, calibration) for grid in ((72, 180), (144, 360))]
         rates += [kernel_rate(small, calibration, *case) for case in (("model.scheme=cell",), ("pressure.damping=0.0005",))]
         rates += [kernel_rate(small, calibration, until=CRUSHED)]
-        drops += [whole_drop("model.fidelity=lumped"), whole_drop("model.fidelity=sector", "model.sector=15")]
+        drops += [whole_drop("model.fidelity=lumped")]
         drops += [whole_drop(f"time.courant={courant}") for courant in (0.02, 0.1, 0.9)]
     batches = (batch_rate(courant, 200) for courant in ("auto", 0.9, 0.5))
     report = {
@@ -295,9 +261,6 @@ def main() -> None:
         "whole_drop": show(console, "The paper's drop with its result file", drops),
         "batch": show(console, "Axisymmetric drops at once, 36 cells", batches),
     }
-    if not options.short:
-        gains = (thread_gain(grid) for grid in ((125, 200), (144, 360), (288, 720)))
-        report["threads"] = show(console, "A step by one thread and by two (wall time)", gains)
     if options.yardstick is not None:
         beside = [beside_yardstick(options.yardstick, grid, calibration) for grid in (small, (144, 360))]
         report["yardstick"] = show(console, "Beside the C step (CPU time)", beside)

@@ -39,7 +39,7 @@ def inflated(*overrides: str) -> Drop:
 def close(drop: Drop) -> None:
     """Renew the copies at both ends of all rows."""
     for row in range(drop.model.n1 + 1):
-        close_nodes(drop.state.nodes, drop.model.sector, np.uint64(row * drop.model.stride + PAD), drop.model.n2)
+        close_nodes(drop.state.nodes, np.uint64(row * drop.model.stride + PAD), drop.model.n2)
 
 
 def checkerboard(scheme: str, size: float = 1e-6) -> tuple[Floats, Floats]:
@@ -161,7 +161,7 @@ def million(steps: int = 1_000_000, courant: str = "auto") -> Million:
     drop = Drop(case)
     drop.disturb(1e-3, seed=5)
     model, nodes = drop.model, meridian_view(drop.state.nodes, drop.model)
-    copies, fabric = model.sector.copies, model.fabric
+    copies, fabric = model.hoop.whole, model.fabric
     pressure = pressure_at(model.pressure, 0.0)
 
     def fabric_momentum() -> float:

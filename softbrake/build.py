@@ -12,7 +12,6 @@ from softbrake.state import (
     PAD,
     BeltRow,
     Belts,
-    Books,
     Box,
     ByColumn,
     ByRow,
@@ -23,8 +22,8 @@ from softbrake.state import (
     Floats,
     FoldCount,
     Folds,
-    Halves,
     History,
+    Hoop,
     Law,
     Lobes,
     Meridian,
@@ -36,12 +35,10 @@ from softbrake.state import (
     PressureLaw,
     Rows,
     Scheme,
-    Sector,
     Source,
     State,
     Sweep,
     Top,
-    Turn,
     Work,
 )
 
@@ -52,7 +49,6 @@ PAIRS_PER_NODE = 0.25  # near one another, of folds, to begin with
 BY_PAIR = ("pairs", "wake", "awake", "contacts")  # arrays of `Folds` with room for the pairs
 PLEATS = 64  # the same of a meridian, all of whose segments may lie on one another
 FREE = 1  # first free node of a meridian
-CELLS_OF_TWO = 25_000  # least of a grid whose steps two threads share; smaller ones would not win the compilation back soon
 SLIVER = 1e-3  # least part of a belt that a row carries, of what the row with most of it does
 
 
@@ -64,8 +60,7 @@ def build_model(case: Case) -> Model:
     part of its width that lies in each one's half cells.
     """
     n1, hoop = case.grid.generatrix, case.grid.hoop
-    n2 = {"full": hoop, "sector": case.model.sector or 0, "axisymmetric": 1, "lumped": 1}[case.model.fidelity]
-    sectors = hoop // n2
+    n2 = hoop if case.model.fidelity == "full" else 1
     radius = 0.5 * case.shell.diameter
     h1 = case.shell.height / n1
     h2 = 2.0 * radius * sin(pi / hoop)
@@ -148,11 +143,10 @@ def build_model(case: Case) -> Model:
             cargo_height=inf if case.cargo.height is None else case.cargo.height,
             axis=int("axis" in case.contact),
         ),
-        sector=Sector(
-            copies=whole,
+        hoop=Hoop(
+            whole=whole,
             gas=1.0 if case.model.fidelity in ONE_COLUMN else 1.0 / cos(pi / hoop),
-            cos=1.0 if sectors == 1 else cos(2.0 * pi / sectors),
-            sin=0.0 if sectors == 1 else sin(2.0 * pi / sectors),
+            cos=cos(2.0 * pi / hoop),
         ),
     )
 
@@ -187,7 +181,7 @@ def build_state(case: Case, model: Model) -> State:
     now = np.zeros(len(History))
     now[History.HEIGHT] = case.shell.height
     now[History.VELOCITY] = -case.cargo.velocity
-    moving = model.sector.copies * (model.cargo_mass + model.n2 * model.mass[1:].sum())
+    moving = model.hoop.whole * (model.cargo_mass + model.n2 * model.mass[1:].sum())
     now[History.KINETIC_ENERGY] = 0.5 * moving * case.cargo.velocity**2
     return State(
         nodes=nodes,
@@ -248,8 +242,8 @@ def with_room(folds: Folds) -> Folds:
     return folds._replace(**more)
 
 
-def build_sweep(model: Model, folds: bool = False, beside: Sweep | None = None) -> Sweep:
-    """Return the scratch arrays of a step; folds: whether those are asked for. beside: of the thread that this one helps."""
+def build_sweep(model: Model, folds: bool = False) -> Sweep:
+    """Return the scratch arrays of a step; folds: whether those are asked for."""
     lanes, stride = _lanes(model.n2), model.stride
     return Sweep(
         generatrix=Edges(*_rows(2, stride, Edges._fields)),
@@ -268,8 +262,7 @@ def build_sweep(model: Model, folds: bool = False, beside: Sweep | None = None) 
         top_belt=Top(*_rows(1, lanes, Top._fields)),
         by_column=ByColumn(*_rows(1, lanes, ByColumn._fields)),
         by_row=_by_row(model),
-        parting=_parting(model, folds) if beside is None else beside.parting,
-        halves=beside.halves if beside is not None else build_halves(model) if in_halves(model.n1, model.n2) else None,
+        parting=_parting(model, folds),
     )
 
 
@@ -277,25 +270,6 @@ def _parting(model: Model, folds: bool) -> Parting:
     count, size = (model.n1 + 1, model.stride) if folds or model.lobes.below.size > 0 else (1, 1)
     before, free = (_rows(count, size, fields) for fields in (Nodes._fields, Rows._fields))
     return Parting(Nodes(*before), Rows(*free), np.zeros(2))
-
-
-def in_halves(n1: int, n2: int) -> bool:
-    """Return whether steps of a grid are taken in two halves: by its cells alone, lest answers hang on the machine."""
-    return n1 * n2 >= CELLS_OF_TWO
-
-
-def build_halves(model: Model) -> Halves:
-    """Return what the two halves of a shell's rows share."""
-    lanes = _lanes(model.n2)
-    return Halves(
-        turn=np.full(1, Turn.ALONE),
-        seam=Nodes(*_rows(2, model.stride, Nodes._fields)),
-        books=Books(
-            Work(*_rows(1, lanes, Work._fields)),
-            ByColumn(*_rows(1, lanes, ByColumn._fields)),
-            *(Top(*_rows(1, lanes, Top._fields)) for _ in range(3)),
-        ),
-    )
 
 
 def build_meridian(model: Model) -> Meridian:
@@ -316,19 +290,14 @@ def build_meridian(model: Model) -> Meridian:
 
 def whole_model(case: Case) -> Model:
     """Return the model of the whole shell, whatever part of it is computed."""
-    return build_model(replace(case, model=replace(case.model, fidelity="full", sector=None)))
+    return build_model(replace(case, model=replace(case.model, fidelity="full")))
 
 
 def whole_nodes(case: Case, whole: Model, model: Model, state: State) -> Nodes:
-    """Return the nodes of the whole shell by turning the columns that were computed."""
+    """Return the nodes of the whole shell by turning the one column that was computed."""
     nodes = Nodes(*_rows(whole.n1 + 1, whole.stride, Nodes._fields))
-    turn, column = np.divmod(np.arange(whole.stride) - PAD, model.n2)
-    angle = 2.0 * pi * turn * model.n2 / whole.n2
-    parts = (
-        [values[:, None] for values in meridian_view(state.nodes, model)]
-        if case.model.fidelity in ONE_COLUMN
-        else [values.reshape(whole.n1 + 1, -1)[:, PAD + column] for values in state.nodes]
-    )
+    angle = 2.0 * pi * (np.arange(whole.stride) - PAD) / whole.n2
+    parts = [values[:, None] for values in meridian_view(state.nodes, model)]
     x, y, z, u, v, w = (values.reshape(whole.n1 + 1, whole.stride) for values in nodes)
     for (a, b), (old_a, old_b) in zip(((x, y), (u, v)), (parts[0:2], parts[3:5]), strict=True):
         a[:] = np.cos(angle) * old_a - np.sin(angle) * old_b
@@ -352,7 +321,7 @@ def initial_energy(case: Case, model: Model) -> float:
     heights = np.linspace(0.0, case.shell.height, model.n1 + 1)
     mass = model.n2 * model.mass
     mass[-1] += model.cargo_mass
-    return float(model.sector.copies * (0.5 * mass[1:].sum() * case.cargo.velocity**2 + case.gravity * (mass @ heights)))
+    return float(model.hoop.whole * (0.5 * mass[1:].sum() * case.cargo.velocity**2 + case.gravity * (mass @ heights)))
 
 
 def _by_row(model: Model) -> ByRow:

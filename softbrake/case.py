@@ -61,7 +61,7 @@ __all__ = [
 
 
 ONE_COLUMN = ("axisymmetric", "lumped")  # fidelities that compute the generatrix only
-Fidelity = Literal["full", "sector", "axisymmetric", "lumped", "auto"]
+Fidelity = Literal["full", "axisymmetric", "lumped", "auto"]
 AUTO_TOLERANCE = 0.02  # that fidelity: auto aims at
 RECIPROCITY = 1e-3  # relative, to which both Poisson's ratios may be rounded
 
@@ -160,7 +160,6 @@ class Model:
 
     scheme: Literal["edge", "cell"]  # cell is (3.2) as printed
     fidelity: Fidelity
-    sector: int | None  # columns of the one sector that is computed (sector)
 
 
 @dataclass(frozen=True)
@@ -350,7 +349,7 @@ class _CaseChecker(Checker):
         grid = self.grid(root, shell)
         belts = self.belts(root, shell, fabric, grid)
         cargo = self.cargo(root, shell)
-        model = self.model(root, grid)
+        model = self.model(root)
         contact = self.contact(root, model)
         pressure = self.pressure(root, shell, cargo, top)
         self.initial(root, top, model, pressure)
@@ -375,7 +374,7 @@ class _CaseChecker(Checker):
             pressure=pressure,
             grid=Grid(**grid),
             time=Time(**time),
-            model=Model(**{"sector": None, **model}),
+            model=Model(**model),
             output=Output(**{"snapshot_interval": time["end"] / 150, **output}),
         )
 
@@ -424,9 +423,6 @@ class _CaseChecker(Checker):
         """Cells as given, else of a size that the scene wants."""
         grid = self.named(root, "grid")
         asked = self.given(root, "model")
-        sector = asked.get("sector")
-        if asked.get("fidelity") == "sector" and isinstance(sector, int) and sector > 0:
-            grid.setdefault("hoop", -(-HOOP // sector) * sector)
         grid.setdefault("hoop", HOOP)
         if {"diameter", "height"} <= shell.keys() and "generatrix" not in grid:
             gap = self.narrowest_gap(root, shell["height"])
@@ -460,24 +456,15 @@ class _CaseChecker(Checker):
             self.fault(place, where, fault, f"a diameter up to shell.diameter, {shell['diameter']:g} m, is wanted")
         return cargo
 
-    def model(self, root: Node, grid: Values) -> Values:
+    def model(self, root: Node) -> Values:
         model, node = self.named(root, "model"), self.member(root, "model")
         if "fidelity" not in model:
             grid_given, time = self.given(root, "grid"), self.given(root, "time")
-            numerics = grid_given or model.get("scheme") == "cell" or "sector" in model or time.get("courant", "auto") != "auto"
+            numerics = grid_given or model.get("scheme") == "cell" or time.get("courant", "auto") != "auto"
             model["fidelity"] = "full" if numerics else "auto"
-        fidelity, sector, hoop = model.get("fidelity"), model.get("sector"), grid.get("hoop")
+        fidelity = model.get("fidelity")
         if node is None or not isinstance(node.value, dict):
             return model
-        if fidelity == "sector" and "sector" not in node.value:
-            self.missing(node, "model", next(key for key in SECTIONS["model"] if key.name == "sector"))
-        elif fidelity in ("full", "axisymmetric", "lumped", "auto") and "sector" in node.value:
-            place, where = last_given(node, "model", ["sector", "fidelity"])
-            self.fault(place, where, f"a sector of the {fidelity} shell", "fidelity: sector, or no sector is wanted")
-        elif sector is not None and hoop is not None and hoop % sector:
-            place, where = last_given(node, "model", ["sector"])
-            divisors = ", ".join(str(number) for number in range(1, hoop) if hoop % number == 0)
-            self.fault(place, where, f"{sector} columns do not divide grid.hoop, {hoop}", f"one of {divisors} is wanted")
         if fidelity in ("axisymmetric", "lumped") and model.get("scheme") == "cell":
             place, where = last_given(node, "model", ["scheme", "fidelity"])
             fault = f"the {fidelity} shell does not know the cell scheme"
@@ -691,7 +678,7 @@ def level(case: Case, fidelity: Fidelity, generatrix: int, hoop: int, courant: f
         contact=contact,
         grid=grid,
         time=replace(case.time, courant=courant),
-        model=replace(case.model, fidelity=fidelity, sector=None),
+        model=replace(case.model, fidelity=fidelity),
         tolerance=None,
         insists=False,
     )

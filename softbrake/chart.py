@@ -1,7 +1,7 @@
 """Work against precision: one drop by many fidelities, grids, steps and schemes, each judged by a reference beyond them all.
 
 The reference is the axisymmetric shell on a grid four times as fine as any shown, where the full shell stays round; else the mean
-of disturbed full shells on a grid 1.5 times as fine as that of any full shell or sector shown. It has an error of its own: what
+of disturbed full shells on a grid 1.5 times as fine as that of any full shell shown. It has an error of its own: what
 is nearer to it is not ranked.
 """
 
@@ -28,15 +28,13 @@ BUDGET = 120.0  # s
 TOLERANCES = (0.05, 0.02, 0.01, 0.005)
 COURANTS = (0.9, 0.5, 0.1, 0.02)
 GRIDS = tuple(round(36 * 2.0 ** (k / 2)) for k in range(-4, 5))  # cells along the generatrix, 9 to 144
-SECTORS = 10  # of the hoop
 PARTS: tuple[tuple[Fidelity, Literal["edge", "cell"], tuple[float, ...]], ...] = (
     ("lumped", "edge", COURANTS[:1]),
     ("axisymmetric", "edge", COURANTS),
-    ("sector", "edge", COURANTS[:1]),
     ("full", "edge", COURANTS),
     ("full", "cell", (0.5, 0.02)),
 )
-POWERS = {"lumped": 1.0, "axisymmetric": 3.0, "sector": 3.5, "full": 3.5}  # of the grid, by which seconds rise at most
+POWERS = {"lumped": 1.0, "axisymmetric": 3.0, "full": 3.5}  # of the grid, by which seconds rise at most
 REPEATED = 1.0  # s, runs below are timed three times
 SHARE = 2 / 3  # of the budget, at most, for the reference
 ROUND = 720  # cells around the hoop of an axisymmetric shell, which does not feel them
@@ -46,7 +44,7 @@ DOUBTFUL = 10.0  # times a disturbance: a shell that let it grow by more is aske
 STEPPED = 1.5  # refinement of the full shell
 # The reference's grid over the finest shown, at least, by its fidelity and that of the run: they share the error of their grid.
 # Others, as the axisymmetric shell beside full ones, show the difference of the models, whatever their grid.
-BEYOND: dict[str, dict[str, float]] = {"axisymmetric": {"axisymmetric": 4.0}, "full": {"full": STEPPED, "sector": STEPPED}}
+BEYOND: dict[str, dict[str, float]] = {"axisymmetric": {"axisymmetric": 4.0}, "full": {"full": STEPPED}}
 TOO_FINE = "too fine for the reference to judge"
 INTERRUPTED = "not run: interrupted"
 UNITS = {"impact_velocity": "m/s", "stroke": "m", "peak_deceleration": "m/s^2", "peak_tension": "N/m"}
@@ -69,21 +67,18 @@ class Setting(NamedTuple):
     @property
     def columns(self) -> int:
         """How many columns of nodes are computed."""
-        return {"full": self.hoop, "sector": self.hoop // SECTORS}.get(self.fidelity, 1)
+        return self.hoop if self.fidelity == "full" else 1
 
     def apply(self, case: Case) -> Case:
         """Return the case so computed, with the contact that this fidelity knows."""
         case = level(case, self.fidelity, self.generatrix, self.hoop, self.courant)
-        sector = self.columns if self.fidelity == "sector" else None
-        return replace(case, model=replace(case.model, scheme=self.scheme, sector=sector))
+        return replace(case, model=replace(case.model, scheme=self.scheme))
 
     def overrides(self, case: Case) -> list[str]:
         """Return what `--set` makes a case file of this case compute it so."""
         chosen = self.apply(case)
-        sector = [] if chosen.model.sector is None else [f"model.sector={chosen.model.sector}"]
         return [
             f"model.fidelity={self.fidelity}",
-            *sector,
             f"model.scheme={self.scheme}",
             f"grid.generatrix={self.generatrix}",
             f"grid.hoop={self.hoop}",
@@ -294,11 +289,10 @@ def plan(case: Case) -> list[Setting]:
 
 
 def _hoop(case: Case, fidelity: Fidelity, n1: int) -> int:
-    """Cells around the hoop, in the case's proportion where they cost anything; whole sectors."""
+    """Cells around the hoop, in the case's proportion where they cost anything."""
     if fidelity in ("lumped", "axisymmetric"):
         return ROUND
-    whole = SECTORS if fidelity == "sector" else 1
-    return whole * max(round(n1 * case.grid.hoop / case.grid.generatrix / whole), math.ceil(8 / whole))
+    return max(round(n1 * case.grid.hoop / case.grid.generatrix), 8)
 
 
 def chart(case: Case, budget: float = BUDGET, report: Callable[[int, int, str], None] | None = None) -> Chart:

@@ -179,7 +179,7 @@ def check(case_file: CaseFile, overrides: Overrides = None) -> None:
         f"{case_file}: OK\n"
         f"  {case.title}\n"
         f"  grid                {cells}, {case.model.scheme} scheme\n"
-        f"  fidelity            {case.model.fidelity}{f' of {case.model.sector} columns' if case.model.sector else ''}\n"
+        f"  fidelity            {case.model.fidelity}\n"
         f"  belts               {len(case.belts)}{f' at {heights} m' if heights else ''}\n"
         f"  contact             {contact_in_words(case.model.fidelity, case.contact)}\n"
         f"{idle}"

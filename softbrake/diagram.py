@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from softbrake.chart import COURANTS, PAPER, UNITS, Chart, Run, model_in_words
-from softbrake.plot import BLUE, GREEN, GREY, INK, ORANGE, RED, STYLE, load_matplotlib, save
+from softbrake.plot import BLUE, GREY, INK, ORANGE, RED, STYLE, load_matplotlib, save
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -18,11 +18,10 @@ if TYPE_CHECKING:
 COLOURS = {
     ("lumped", "edge"): GREY,
     ("axisymmetric", "edge"): BLUE,
-    ("sector", "edge"): GREEN,
     ("full", "edge"): ORANGE,
     ("full", "cell"): RED,
 }
-DASHES = {("sector", "edge"): (0, (4, 1.5)), ("full", "cell"): (0, (1, 1))}  # green and red are not for all eyes; others solid
+DASHES = {("full", "cell"): (0, (1, 1))}  # others solid
 MARKERS = dict(zip(COURANTS, ("o", "s", "^", "D"), strict=True))
 BAND = "#ececec"
 
@@ -78,7 +77,7 @@ def _draw_work(axes: Axes, found: Chart, name: str, labelled: bool) -> None:
     assert found.reference is not None
     for key, family in found.families().items():
         _draw_family(axes, found, family, name, [run.seconds for run in family])
-        if labelled and key[1:] == ("edge", COURANTS[0]) and key[0] != "sector":  # that would stand on another label
+        if labelled and key[1:] == ("edge", COURANTS[0]):
             first = next((run for run in family if found.failure(run) is None), family[0])
             place = first.seconds, _shown(found, first, name)
             axes.annotate(key[0], place, (-2, 7), color=COLOURS[key[:2]], **_label())

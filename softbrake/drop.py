@@ -7,7 +7,6 @@ import os
 import sys
 import time
 from collections.abc import Callable, Iterable
-from concurrent.futures import Future, ThreadPoolExecutor
 from functools import cached_property
 from pathlib import Path
 from typing import NamedTuple
@@ -16,13 +15,11 @@ import numpy as np
 
 from softbrake import __version__
 from softbrake.build import (
-    CELLS_OF_TWO,
     build_meridian,
     build_model,
     build_state,
     build_sweep,
     grid_view,
-    in_halves,
     initial_energy,
     whole_model,
     whole_nodes,
@@ -32,7 +29,6 @@ from softbrake.case import ONE_COLUMN, Case, Fidelity, damping_ratio, parse_case
 from softbrake.interrupt import held_interrupt
 from softbrake.kernels.course import MADE, energy_given
 from softbrake.kernels.fields import sample_fields
-from softbrake.kernels.halves import HELP
 from softbrake.kernels.jit import PACKAGE, hash_sources
 from softbrake.kernels.lumped import advance_lumped
 from softbrake.kernels.meridian import advance_meridian, stable_step_of_meridian
@@ -48,7 +44,6 @@ from softbrake.state import (
     Floats,
     FoldCount,
     History,
-    Ints,
     Meridian,
     Model,
     Nodes,
@@ -57,24 +52,19 @@ from softbrake.state import (
     Source,
     State,
     Sweep,
-    Turn,
 )
 from softbrake.summary import LARGEST_GAIN, FilteredPeaks, ModelUsed, Phase, Summary, Work, doubt_of, fabric_in_words
 from softbrake.summary import Peak as PeakFound
 
-KERNELS = {"full": advance, "sector": advance, "axisymmetric": advance_meridian, "lumped": advance_lumped}
+KERNELS = {"full": advance, "axisymmetric": advance_meridian, "lumped": advance_lumped}
 CLIMBED: tuple[Fidelity, ...] = ("lumped", "axisymmetric", "full")  # of a run for a tolerance
-ALL_KERNELS = (  # fidelity; whether folds are in contact; whether steps are taken in two halves
-    *((fidelity, False, False) for fidelity in KERNELS),
-    ("full", True, False),
-    ("axisymmetric", True, False),
-    ("full", False, True),
-    ("full", True, True),
+ALL_KERNELS = (  # fidelity; whether folds are in contact
+    *((fidelity, False) for fidelity in KERNELS),
+    ("full", True),
+    ("axisymmetric", True),
 )
 NODE_STEPS_PER_CHUNK = 2_000_000  # about 15 ms between chances for progress and Ctrl-C
 HISTORY_ROWS = 4096
-UNCROWDED = 0.85  # of two cores that two threads have in a chunk, where nobody else wants one
-LONGEST_PAUSE = 63  # chunks without a second thread after one that was crowded
 VISCOUS = 1.5  # times longer would the stable step be without viscosity: then that is its limit
 CLOCK = time.perf_counter if sys.platform == "win32" else time.thread_time  # Windows counts CPU time by 16 ms, drops take 1
 NEVER = 2**62  # steps between rows of a history that nobody reads
@@ -116,32 +106,24 @@ def cores() -> int:
     return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 
 
-def kernels_of(cases: Iterable[Case]) -> set[tuple[str, bool, bool]]:
-    """Return which of ALL_KERNELS runs of cases need; grids of a climb count as small."""
-    wanted: set[tuple[str, bool, bool]] = set()
+def kernels_of(cases: Iterable[Case]) -> set[tuple[str, bool]]:
+    """Return which of ALL_KERNELS runs of cases need."""
+    wanted: set[tuple[str, bool]] = set()
     for case in cases:
-        climbs, grid = case.tolerance is not None, case.grid
-        for fidelity in CLIMBED if climbs else [case.model.fidelity]:
-            shell = not climbs and fidelity not in ONE_COLUMN
-            halves = shell and in_halves(grid.generatrix, case.model.sector or grid.hoop)
-            name, folds = "full" if halves else fidelity, "folds" in case.contact
-            wanted.add((name, folds and (name, True, halves) in ALL_KERNELS, halves))
+        for fidelity in CLIMBED if case.tolerance is not None else [case.model.fidelity]:
+            wanted.add((fidelity, "folds" in case.contact and (fidelity, True) in ALL_KERNELS))
     return wanted
 
 
-def compile_kernels(
-    wanted: Iterable[tuple[str, bool, bool]] = ALL_KERNELS, report: Callable[[str], None] = lambda _: None
-) -> None:
+def compile_kernels(wanted: Iterable[tuple[str, bool]] = ALL_KERNELS, report: Callable[[str], None] = lambda _: None) -> None:
     """Compile, or load, some of ALL_KERNELS, and those of pictures and disturbances.
 
     report: told the name of each before.
     """
-    for fidelity, folds, halves in wanted:
-        report(fidelity + ", folds" * folds + ", large grid" * halves)
-        sector = ["model.sector=15"] if fidelity == "sector" else []
-        grid = [f"grid={{generatrix: 100, hoop: {-(-CELLS_OF_TWO // 100)}}}"] if halves else []
+    for fidelity, folds in wanted:
+        report(fidelity + ", folds" * folds)
         contact = "contact=full" if folds else "contact=solid"
-        one = Drop(parse_case(starter(), "starter", [f"model.fidelity={fidelity}", *sector, *grid, contact]))
+        one = Drop(parse_case(starter(), "starter", [f"model.fidelity={fidelity}", contact]))
         one.advance(most=0)
         one.fields()
         one.disturb(0.0, 0)
@@ -164,7 +146,6 @@ def run(
     """
     drop = Drop(case)
     drop.advance(most=0)  # loads or compiles the kernels, before an older result file is replaced
-    drop.threads = 1 if sys.platform == "win32" else min(cores(), 2)  # there CLOCK does not tell when another one only waits
     if disturbed is not None:
         drop.disturb(*disturbed)
     if results is None:
@@ -187,10 +168,6 @@ class Drop:
         self.history: Floats = np.empty((HISTORY_ROWS, len(History)))
         self.interval = case.output.history_interval  # steps between rows of the history
         self.most = max(NODE_STEPS_PER_CHUNK // ((self.model.n1 + 1) * self.model.n2), 1)  # steps of a chunk
-        self.threads = 1  # 2: another one takes half of each step, where the grid is worth it; no digit hangs on it
-        self.shared = 0  # steps of which another thread took half
-        self._passes = 0  # over folds, before the last chunk
-        self.paused = self._pause = 0  # chunks without a second thread: left, and in all, since the last with one was crowded
         self.kernel_seconds = 0.0
         if case.initial == "inflated" and case.model.fidelity != "lumped":  # gas alone has no shape
             self.inflate()
@@ -220,54 +197,8 @@ class Drop:
         """Advance to a time (s) or by a number of steps, and no further than one block of history rows.
 
         Returns the new rows, a view that the next call overwrites, and the outcome: RUNNING where it only paused.
-        Adds to kernel_seconds, CPU seconds of all threads.
+        Adds to kernel_seconds, CPU seconds.
         """
-        touching = self._touching()
-        if self.threads == 1 or self.paused > 0 or touching or not isinstance(self.sweep, Sweep) or self.sweep.halves is None:
-            self.paused = max(self.paused - 1, 0)
-            return self._advance(until, most)
-        turn, start, before = self.sweep.halves.turn, time.perf_counter(), self.kernel_seconds
-        with ThreadPoolExecutor(1) as pool:
-            try:
-                helping = self._helper(pool, turn)
-                advanced = self._advance(until, most)
-            finally:
-                turn[0] = Turn.ALONE
-        if helping is None:
-            return advanced
-        self.kernel_seconds += helping.result()
-        crowded = self.kernel_seconds - before < UNCROWDED * 2.0 * (time.perf_counter() - start)
-        self.paused = self._pause = min(2 * self._pause + 1, LONGEST_PAUSE) if crowded else 0
-        return advanced
-
-    def _touching(self) -> bool:
-        """Whether folds were parted in the chunk before: that is most of a step then, and the leading thread's alone."""
-        folds, before = self.state.folds, self._passes
-        if folds is not None:
-            self._passes = int(folds.counts[FoldCount.PASSES])
-        return self._passes > before
-
-    def _helper(self, pool: ThreadPoolExecutor, turn: Ints) -> Future[float] | None:
-        """Let a thread help; None, now and later, where there is no room for its scratch or for another thread."""
-        try:
-            second = self._second_sweep
-            turn[0] = Turn.FREE
-            return pool.submit(self._help, second)
-        except (MemoryError, RuntimeError):
-            turn[0], self.threads = Turn.ALONE, 1
-            return None
-
-    def _help(self, second: Sweep) -> float:
-        """Sweep lower halves for another thread until there will be none; return CPU seconds."""
-        start = CLOCK()
-        self.shared += advance(self.model, self.state, second, self.history, 1, HELP, math.inf)[0]
-        return CLOCK() - start
-
-    @cached_property
-    def _second_sweep(self) -> Sweep:
-        return build_sweep(self.model, beside=self.sweep)  # type: ignore[arg-type]
-
-    def _advance(self, until: float, most: int) -> tuple[Floats, Outcome]:
         start = CLOCK()
         kernel = KERNELS[self.case.model.fidelity]
         interval, last = self.interval, int(self.state.steps[0]) + most
@@ -352,7 +283,7 @@ class Drop:
         for values in (nodes.x, nodes.y, nodes.z):
             grid_view(values, model)[1:-1] += size * random.normal(size=(model.n1 - 1, model.n2))
         for row in range(1, model.n1):
-            close_nodes(nodes, model.sector, np.uint64(row * model.stride + PAD), model.n2)
+            close_nodes(nodes, np.uint64(row * model.stride + PAD), model.n2)
         self.state.stored[:] = np.maximum(self.state.stored, self._most_stored())
 
     def _most_stored(self) -> tuple[float, float]:
@@ -360,7 +291,7 @@ class Drop:
 
         Energy rises with either elongation, so that of slack edges counts as 0, and c12 e1 e2 is at most c12 (e1² + e2²)/2.
         """
-        fabric, copies = self.model.fabric, self.model.sector.copies
+        fabric, copies = self.model.fabric, self.model.hoop.whole
         places = np.stack([grid_view(part, self.model) for part in self.state.nodes[:3]], axis=-1)
         up, along = np.diff(places, axis=0), np.roll(places, -1, axis=1) - places
         e1 = np.maximum(np.linalg.norm(up, axis=-1) / fabric.h1 - 1.0, 0.0)
@@ -399,7 +330,7 @@ class Drop:
     def _whole_sweep(self) -> Sweep:
         """Scratch for pictures; that of the steps does where it is of the whole shell, since nothing in it outlives a step."""
         scratch: Sweep = self.sweep if self.case.model.fidelity == "full" else build_sweep(self._whole_model)  # type: ignore[assignment]
-        return scratch._replace(halves=None)
+        return scratch
 
     def fields(self) -> dict[str, Floats]:
         """Return stretches and tensions (N/m) at the nodes of the whole shell, each (n1+1, cells around the hoop)."""

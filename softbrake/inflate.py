@@ -53,7 +53,7 @@ def inflate(case: Case, results: str | Path | None = None, tolerance: float = TO
         largest_radius_height=float(xyz[widest, :, 2].mean()),
         volume=volume(xyz, model),
         cover_force=cover_force,
-        wall_pull=pressure * model.sector.copies * model.cover_area - cover_force,
+        wall_pull=pressure * model.hoop.whole * model.cover_area - cover_force,
         tension_generatrix=drop.now(History.TENSION_GENERATRIX),
         tension_hoop=drop.now(History.TENSION_HOOP),
         tension_belt=drop.now(History.TENSION_BELT) if case.belts else None,
@@ -81,4 +81,4 @@ def volume(xyz: Floats, model: Model) -> float:
     b, c = np.roll(a, -1, axis=1), np.roll(d, -1, axis=1)
     corners = ((a, b, c), (a, c, d), (a, b, d), (b, c, d))
     wall = sum(float((one * np.cross(two, three)).sum()) for one, two, three in corners) / 12.0
-    return model.sector.copies * (model.sector.gas * wall + float(xyz[-1, 0, 2]) * model.cover_area / 3.0)
+    return model.hoop.whole * (model.hoop.gas * wall + float(xyz[-1, 0, 2]) * model.cover_area / 3.0)

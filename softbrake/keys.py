@@ -134,7 +134,7 @@ BETWEEN_BELTS = 6  # least cells of a default grid between two belts, or a belt 
 CONTACT = ("ground", "belts", "cover", "cargo", "axis", "folds")  # what stops the fabric
 CFC = (60, 180, 600, 1000)  # channel frequency classes of SAE J211
 SHEAR = 0.05  # of the smaller of E11 and E22: default of G12
-UNKNOWN_CONTACT = {"full": ("axis",), "sector": ("axis", "folds"), "axisymmetric": (), "lumped": (), "auto": ()}  # by fidelity
+UNKNOWN_CONTACT = {"full": ("axis",), "axisymmetric": (), "lumped": (), "auto": ()}  # by fidelity
 CONTACT_SETS = {
     "full": ("ground", "cover", "cargo", "axis", "folds"),
     "solid": ("ground", "cover", "cargo"),
@@ -212,7 +212,7 @@ SECTIONS: dict[str, tuple[Key, ...]] = {
             least=4,
             most=10_000,
         ),
-        Key("hoop", int, "cells around the hoop", "120", computed="120, or what sector divides", least=8, most=10_000),
+        Key("hoop", int, "cells around the hoop", "120", computed="120", least=8, most=10_000),
     ),
     "time": (
         Key(
@@ -235,7 +235,6 @@ SECTIONS: dict[str, tuple[Key, ...]] = {
             "auto",
             computed="auto, full on a grid given",
         ),
-        Key("sector", int, "columns of the part (sector), which divide grid.hoop", "9", least=1, most=10_000),
     ),
     "output": (
         Key("snapshot_interval", Dimension.TIME, "between pictures of the shell", "2 ms", computed="time.end/150", above=0),

@@ -547,14 +547,9 @@ def neighbours(case: Case) -> list[Summary]:
     coarser = []
     for ratio in RATIOS:
         n1, hoop = round(case.grid.generatrix * ratio), round(case.grid.hoop * ratio)
-        sector = case.model.sector
-        if sector is not None:
-            sector = max(round(sector * ratio), 1)
-            hoop = sector * (case.grid.hoop // (case.model.sector or 1))
         if n1 < 4 or hoop < 8:
             raise ValueError(f"a grid of {case.grid.generatrix} x {case.grid.hoop} cells is too coarse for an error bar")
-        grid = replace(case.grid, generatrix=n1, hoop=hoop)
-        coarser.append(probe(replace(case, grid=grid, model=replace(case.model, sector=sector)))[0])
+        coarser.append(probe(replace(case, grid=replace(case.grid, generatrix=n1, hoop=hoop)))[0])
     return coarser
 
 

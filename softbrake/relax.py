@@ -58,7 +58,7 @@ class Held:
         self._limit = BURST * (model.radius + self._height)
         self.cut(0.0)
         state.steps[0], state.choice[:], state.stable_step[1] = 0, (0, 1), 0.0  # the step is chosen anew
-        sinking = 0.5 * model.sector.copies * HEAVY * SINKING**2
+        sinking = 0.5 * model.hoop.whole * HEAVY * SINKING**2
         state.now[History.KINETIC_ENERGY] = state.kinetic_start[0] = sinking
         state.stored[:] = inf  # what the shell has stored is not known
         state.made[:] = 0.0

@@ -4,9 +4,8 @@ Grid. Row i = 0 … n1 counts nodes along the generatrix, from the lower cover o
 cargo (n1); column j = 0 … n2-1 counts them around the hoop. A row is stored with one copy of its last column in front and of
 its first column behind, so node (i, j) of a flat array stands at `i*stride + PAD + j`, columns -1 … n2. PAD and stride are
 multiples of eight doubles, a cache line, and loops over a row take whole ones: a row has room for the columns from n2 on that
-they compute and nobody reads. A sector of the shell has fewer columns than the hoop; the rest of the hoop repeats
-it, turned about the axis, so that the copies at both ends of a row are turned as well. The axisymmetric shell is a sector of
-one column, kept as one array along the generatrix with PAD entries more: x the radius, y and v zero.
+they compute and nobody reads. The axisymmetric shell is one column, which the rest of the hoop repeats, kept as one array along
+the generatrix with PAD entries more: x the radius, y and v zero.
 Suffix _1 is along the generatrix, _2 around the hoop. x3 = z points up.
 """
 
@@ -152,15 +151,6 @@ class Scheme(IntEnum):
     CELL = 1
 
 
-class Turn(IntEnum):
-    """Values of `Halves.turn`: whose the lower half of a step is."""
-
-    FREE = 0  # of nobody
-    OPEN = 1  # on offer
-    TAKEN = 2  # of the thread that helps
-    ALONE = 3  # of the thread that takes the steps, now and later
-
-
 class Fabric(NamedTuple):
     """Constants of the tension law on the grid."""
 
@@ -220,20 +210,19 @@ class Contact(NamedTuple):
     axis: int  # 1: radii of the axisymmetric shell stay positive
 
 
-class Sector(NamedTuple):
-    """How the columns make up the hoop: it repeats them, turned about the axis."""
+class Hoop(NamedTuple):
+    """How the columns make up the hoop, a circle."""
 
-    copies: float  # circumference over the columns' unloaded edges, which are chords: a little over 1 where they are all
+    whole: float  # circumference over the unloaded edges of the columns, which are chords: a little over 1 where they are all
     gas: float  # area between arcs over that between chords, per length of cloth: 1/cos of half the angle between two columns
-    cos: float  # of the angle of a sector, exactly 1 where there is only one
-    sin: float  # exactly 0 there
+    cos: float  # of the angle between two columns
 
 
 class Model(NamedTuple):
     """All that stays constant in a run."""
 
     n1: int  # cells along the generatrix
-    n2: int  # columns: the cells around the hoop, or around one sector of it
+    n2: int  # columns: the cells around the hoop, or one
     stride: int  # doubles from row to row, see above; 1 of the axisymmetric shell
     scheme: int  # Scheme
     courant: float
@@ -241,8 +230,8 @@ class Model(NamedTuple):
     gravity: float  # m/s^2
     crushing: float  # m, height of the cover at which the overshoot is over and crushing begins
     radius: float  # m, of the unloaded shell
-    cargo_mass: float  # kg, without the shell; one sector's share
-    cover_area: float  # m^2, one sector's share
+    cargo_mass: float  # kg, without the shell; the columns' share
+    cover_area: float  # m^2, the columns' share
     most_gas_work: float  # J, more than gas can give: largest pressure times the volume at twice the diameter
     mass: Floats  # kg, of a node of each row, (n1+1,)
     per_mass: Floats  # 1/kg, likewise, zero for the held rows 0 and n1
@@ -254,7 +243,7 @@ class Model(NamedTuple):
     lobes: Lobes
     pressure: Pressure
     contact: Contact
-    sector: Sector
+    hoop: Hoop
 
 
 class Step(NamedTuple):
@@ -266,7 +255,6 @@ class Step(NamedTuple):
     cover: float  # m, height of the cover at n
     next_cover: float  # m, at n+1, as foreseen
     gap: float  # m, kept from the cover by what lies on it
-    sector: Sector
 
 
 class Sheet(NamedTuple):
@@ -299,7 +287,7 @@ class Nodes(NamedTuple):
 
 
 class Work(NamedTuple):
-    """Work on one sector of shell and cargo since the start, J, split by column as it is summed; each (n2 in whole PADs,).
+    """Work on the columns of the shell and their share of the cargo since the start, J, by column; each (n2 in whole PADs,).
 
     Split by node of the one column, (n1+1+PAD,), in the axisymmetric shell.
     """
@@ -470,24 +458,6 @@ class Parting(NamedTuple):
     impulse: Floats  # (2,), N s, as in Blows
 
 
-class Books(NamedTuple):
-    """What the sweep over rows books, column by column."""
-
-    work: Work
-    by_column: ByColumn
-    top_generatrix: Top
-    top_hoop: Top
-    top_belt: Top
-
-
-class Halves(NamedTuple):
-    """What the two halves of a large shell's rows share, see kernels.halves: the seam, and the books of the lower one."""
-
-    turn: Ints  # (1,), a Turn
-    seam: Nodes  # the rows on both sides of it before the step, (2*stride,)
-    books: Books  # of the lower half; its works are those of one step
-
-
 class Sweep(NamedTuple):
     """Scratch of one step, row by row; nothing in it outlives the step."""
 
@@ -508,4 +478,3 @@ class Sweep(NamedTuple):
     by_column: ByColumn
     by_row: ByRow
     parting: Parting
-    halves: Halves | None  # None where the grid is too small to be worth two threads: kernels without them are compiled sooner

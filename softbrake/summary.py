@@ -68,7 +68,7 @@ def contact_in_words(fidelity: str, parts: Iterable[str]) -> str:
     words = ", ".join(parts) or "none"
     if "folds" in parts:
         return words
-    return words + ("; folds not in a sector" if fidelity == "sector" else "; folds may pass through each other")
+    return words + "; folds may pass through each other"
 
 
 @dataclass(frozen=True)

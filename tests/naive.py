@@ -336,7 +336,7 @@ def node_mass(model: Model) -> Floats:
 
 def kinetic_energy(model: Model, v: Floats) -> float:
     """Of shell and cargo, J."""
-    return model.sector.copies * float((0.5 * node_mass(model) * dot(v, v)).sum() + 0.5 * model.cargo_mass * v[-1, 0, 2] ** 2)
+    return model.hoop.whole * float((0.5 * node_mass(model) * dot(v, v)).sum() + 0.5 * model.cargo_mass * v[-1, 0, 2] ** 2)
 
 
 def top_tensions(model: Model, x: Floats, v: Floats) -> dict[History, tuple[float, float]]:
@@ -385,7 +385,7 @@ def forces_of(model: Model, x: Floats, v: Floats, time: float) -> Forces:
     weight = np.zeros_like(x)
     weight[..., 2] = -node_mass(model) * model.gravity
     return {
-        History.WORK_PRESSURE: model.sector.gas * pressure[..., None] * area,
+        History.WORK_PRESSURE: model.hoop.gas * pressure[..., None] * area,
         History.WORK_ELASTIC: elastic + shear_forces(model.fabric, x),
         History.WORK_VISCOUS: (whole - elastic) + (belt_whole - belt_elastic),
         History.WORK_BELTS: belt_elastic,
@@ -395,7 +395,7 @@ def forces_of(model: Model, x: Floats, v: Floats, time: float) -> Forces:
 
 def lying_area(model: Model, x: Floats, forces: Forces) -> float:
     """Area of cloth on the ground, m^2: of each free node the part of its load that the ground bears."""
-    facing = -model.sector.gas * np.minimum(area_vectors(x)[..., 2], 0.0)
+    facing = -model.hoop.gas * np.minimum(area_vectors(x)[..., 2], 0.0)
     load = np.where(facing > 0.0, -forces[History.WORK_PRESSURE][..., 2], 0.0) - forces[History.WORK_GRAVITY][..., 2]
     share = np.minimum(forces[History.WORK_GROUND][..., 2] / np.maximum(load, 1e-30), 1.0)
     return float(facing[0].sum() + (facing * share)[FREE].sum())
@@ -410,7 +410,7 @@ def step(model: Model, x: Floats, v: Floats, time: float, dt: float, step: float
 
     new = v + dt * total / node_mass(model)[..., None]
     new[0] = 0.0
-    moving, copies = model.cargo_mass + model.n2 * model.mass[-1], model.sector.copies
+    moving, copies = model.cargo_mass + model.n2 * model.mass[-1], model.hoop.whole
     lift = on_cover + float((total - forces[History.WORK_GRAVITY])[-1, :, 2].sum())
     acceleration = lift / moving - model.gravity  # (2.4)
     new[-1] = v[-1] + dt * np.array([0.0, 0.0, acceleration])
@@ -474,7 +474,7 @@ def stable_step(model: Model, x: Floats) -> float:
         np.where(taut[..., None], vectors / length(vectors)[..., None], 0.0)
         for vectors, taut in ((edge.along_1, s.e1 > -0.02), (edge.along_2, s.e2 > -0.02))
     )
-    true, least, p = fabric.true_tension, np.inf, model.sector.gas * model.pressure.most
+    true, least, p = fabric.true_tension, np.inf, model.hoop.gas * model.pressure.most
     weight, by_belts = weights(model), weights(model, fabric.c22 * fabric.h1)
     for i in range(1, n1):
         corners = [dot(g[k], h) for k in (i - 1, i) for g in (unit_1,) for h in (unit_2[i], left(unit_2)[i])]

@@ -29,7 +29,7 @@ def case(generatrix: int = 36, hoop: int = 90, belts: int = 3) -> Case:
         pressure=Pressure("constant", PRESSURE, 0.0, 0.0, (), (), 0.0),
         grid=Grid(generatrix, hoop),
         time=Time(0.5, 0.3),
-        model=Model("edge", "full", None),
+        model=Model("edge", "full"),
         output=Output(0.002, 10, 180),
     )
 

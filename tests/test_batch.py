@@ -30,7 +30,7 @@ def mixed(paper: Path) -> list[Case]:
     """Drops of several lengths, fidelities and ends."""
     cases = [load_case(paper, [*COARSE, f"pressure.value={value} kPa"]) for value in (0, 5, 15, 16, 30)]
     cases += [load_case(paper, [*SMALL, f"cargo.mass={mass} kg"]) for mass in (80, 100)]
-    cases.append(load_case(paper, [*SMALL, "model.fidelity=sector", "model.sector=3"]))
+    cases.append(load_case(paper, [*SMALL, "model.fidelity=axisymmetric"]))
     return cases
 
 

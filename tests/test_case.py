@@ -251,7 +251,7 @@ END = GOOD.count("\n") + 1
         ("grid: {hoop: 9.5}", "{}:14: grid.hoop: 9.5 is not an integer; an integer >= 8 and <= 10000 such as '120' is wanted"),
         ("grid: {hoop: '90'}", "{}:14: grid.hoop: '90' is not an integer; an integer >= 8 and <= 10000 such as '120' is wanted"),
         ("model: {scheme: cells}", "{}:17: model.scheme: unknown value 'cells'; edge or cell is wanted"),
-        ("model: edge", "{}:8: model: not a mapping; a mapping of scheme, fidelity, sector is wanted"),
+        ("model: edge", "{}:8: model: not a mapping; a mapping of scheme, fidelity is wanted"),
         ("output:", "{}:8: output: not a mapping; a mapping of snapshot_interval, history_interval, cfc is wanted"),
         ("output: {cfc: 100}", "{}:15: output.cfc: unknown value 100; 60 or 180 or 600 or 1000 is wanted"),
         ("output: {cfc: 60.0}", "{}:15: output.cfc: unknown value 60.0; 60 or 180 or 600 or 1000 is wanted"),

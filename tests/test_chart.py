@@ -36,7 +36,6 @@ from softbrake.cli import app
 from softbrake.console import print_chart
 from softbrake.drop import Drop
 from softbrake.ladder import level
-from softbrake.state import Sweep
 
 CONFIGS = Path(__file__).resolve().parents[1] / "configs"
 SCENE = CONFIGS / "no-belts.yaml"
@@ -125,7 +124,7 @@ def test_omissions_are_said_by_family() -> None:
     ]
 
 
-def test_plan_holds_the_papers_setting_and_whole_sectors() -> None:
+def test_plan_holds_the_papers_setting_and_its_shape_of_cells() -> None:
     case = package.load_case(CONFIGS / "paper.yaml")
     settings = plan(case)
     assert PAPER in settings
@@ -133,12 +132,10 @@ def test_plan_holds_the_papers_setting_and_whole_sectors() -> None:
     for setting in settings:
         applied = setting.apply(case)
         assert (applied.grid.generatrix, applied.time.courant) == (setting.generatrix, setting.courant)
-        if setting.fidelity == "sector":
-            assert applied.grid.hoop == 10 * applied.model.sector
         if setting.fidelity == "full":
             assert applied.grid.hoop / applied.grid.generatrix == pytest.approx(2.5, rel=0.05)
     folds = package.load_case(CONFIGS / "paper-contact.yaml")
-    assert {setting.fidelity for setting in plan(folds)} == {"lumped", "axisymmetric", "full"}  # a sector knows no folds
+    assert {setting.fidelity for setting in plan(folds)} == {"lumped", "axisymmetric", "full"}
     many = package.load_case(CONFIGS / "paper.yaml", ["belts.count=30", "grid.generatrix=90", "belts.width=2 mm"])
     assert min(setting.generatrix for setting in plan(many)) >= 18  # half a cell off the covers
 
@@ -146,7 +143,7 @@ def test_plan_holds_the_papers_setting_and_whole_sectors() -> None:
 @pytest.mark.parametrize("name", ["paper", "paper-contact"])
 def test_all_kernels_of_the_plan_are_compiled_before_the_budget_counts(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
     case = package.load_case(CONFIGS / f"{name}.yaml")
-    compiled: list[tuple[str, bool, bool]] = []
+    compiled: list[tuple[str, bool]] = []
     monkeypatch.setattr(module, "compile_kernels", compiled.extend)
     module._Charter(Chart(case), 1.0, lambda done, planned, doing: None)
     settings = sorted(plan(case), key=lambda setting: setting.generatrix)
@@ -154,11 +151,8 @@ def test_all_kernels_of_the_plan_are_compiled_before_the_budget_counts(name: str
     for setting in {
         (one.fidelity, size): one for size in (1, -1) for one in settings[::size]
     }.values():  # the coarsest, the finest
-        drop = Drop(setting.apply(case))
-        halves = isinstance(drop.sweep, Sweep) and drop.sweep.halves is not None
-        wanted.add((setting.fidelity, drop.state.folds is not None, halves))
+        wanted.add((setting.fidelity, Drop(setting.apply(case)).state.folds is not None))
     assert wanted == set(compiled)
-    assert {halves for fidelity, _, halves in compiled if fidelity == "full"} == {False, True}
 
 
 @pytest.fixture(scope="module")
@@ -230,14 +224,14 @@ def test_without_a_reference_there_is_no_chart(monkeypatch: pytest.MonkeyPatch) 
 
 
 def test_runs_of_the_kind_of_the_reference_are_on_coarser_grids(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Full shells and sectors share the grid's error with a full reference; axisymmetric shells are another model."""
+    """Full shells share the grid's error with a full reference; axisymmetric shells are another model."""
     case = package.load_case(CONFIGS / "paper.yaml")
     reference = replace(made_up().reference, setting=Setting("full", "edge", 0.9, 36, 90))
     monkeypatch.setattr(module._Charter, "reference", lambda self: reference)
     monkeypatch.setattr(module._Charter, "timed", lambda self, setting: replace(run(9, 0.1, 1.0), setting=setting))
     runs = sorted((one.setting for one in chart(case, budget=1e6).runs), key=lambda setting: setting.generatrix)
     finest = {setting.fidelity: setting.generatrix for setting in runs if setting.fidelity != "lumped"}
-    assert finest == {"full": 18, "sector": 18, "axisymmetric": 144}
+    assert finest == {"full": 18, "axisymmetric": 144}
 
 
 def test_the_papers_grid_confirms_no_grid_of_another_shape() -> None:

@@ -113,11 +113,6 @@ def test_schema_is_json(softbrake: Command) -> None:
     assert "fabric" in json.loads(done.stdout)["properties"]
 
 
-def test_check_says_that_a_sector_has_no_folds(softbrake: Command, paper: Path) -> None:
-    sector = ("--set", "model.fidelity=sector", "--set", "model.sector=6", "--set", "contact=full")
-    assert "contact             ground, cover, cargo; folds not in a sector\n" in softbrake("check", paper, *sector).stdout
-
-
 def test_check_says_which_contact_does_nothing(softbrake: Command, paper: Path) -> None:
     def said(*overrides: str) -> str:
         return softbrake("check", paper, *(word for override in overrides for word in ("--set", override))).stdout
@@ -400,11 +395,9 @@ def test_warmup_leaves_nothing_to_compile(paper: Path, tmp_path: Path, environme
     assert done.exit_code == 0
     assert str(CACHE_FOLDER) in done.output
     speaking = environment | {"NUMBA_DEBUG_CACHE": "1"}  # each process tells of its own kernels; others share the folder
-    for fidelity, folds, halves in ALL_KERNELS:
-        columns = ["model.sector=15"] if fidelity == "sector" else []
-        columns += ["grid={generatrix: 125, hoop: 200}", "time.end=1us"] if halves else []
+    for fidelity, folds in ALL_KERNELS:
         contact = f"contact={'full' if folds else 'paper'}"
-        changes = [word for change in (f"model.fidelity={fidelity}", contact, *columns) for word in ("--set", change)]
+        changes = [word for change in (f"model.fidelity={fidelity}", contact) for word in ("--set", change)]
         words = [sys.executable, "-m", "softbrake", "run", str(paper), *SMALL[:2], "--set", "time.end=1ms", *changes]
         run = subprocess.run(words, cwd=tmp_path, env=speaking, capture_output=True, text=True, timeout=300)
         assert run.returncode == 0

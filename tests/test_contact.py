@@ -107,7 +107,7 @@ def test_wall_thrown_at_the_cover() -> None:
     for values in nodes:  # the copied columns
         rows = values.reshape(model.n1 + 1, model.stride)
         rows[:, 7], rows[:, 8 + model.n2] = rows[:, 7 + model.n2], rows[:, 8]
-    mass = model.sector.copies * model.mass[1:-1].sum() * model.n2
+    mass = model.hoop.whole * model.mass[1:-1].sum() * model.n2
     now[History.KINETIC_ENERGY] = drop.state.kinetic_start[0] = now[History.KINETIC_ENERGY] + 0.5 * mass * (20.0**2 - 0.1**2)
     energy = now[History.KINETIC_ENERGY]
     hit = False

@@ -48,7 +48,7 @@ def squeeze(model, state, sweep, start, end, lowering, steps, dt):
     for k in range(steps):
         height = start + (end - start) * min(k / lowering, 1.0)
         lower = start + (end - start) * min((k + 1) / lowering, 1.0)
-        course = Step(dt, dt, 0.0, height, lower, GAP, model.sector)
+        course = Step(dt, dt, 0.0, height, lower, GAP)
         by_column.impulse[:] = 0.0
         by_column.on_cargo[:] = 0.0
         for values in (nodes.x, nodes.z, nodes.u, nodes.v, nodes.w):
@@ -66,7 +66,7 @@ def squeeze(model, state, sweep, start, end, lowering, steps, dt):
         clear_forces(g, FIRST, n2)
         clear_forces(g, node, n2)
         update_edge_forces(g, h, force, node, FIRST, node, n2)
-        update_damped_pressure(model.pressure, model.pressure.value * model.sector.gas, nodes, area, gas, node, n2)
+        update_damped_pressure(model.pressure, model.pressure.value * model.hoop.gas, nodes, area, gas, node, n2)
         push_row(nodes, force, area, gas, sweep.mean, work, by_column, contact, course, mass, node, FIRST, n2)
         press_row(nodes, force, area, gas, sweep.mean, work, by_column, contact, course, mass, node, FIRST, n2)
 
@@ -97,7 +97,7 @@ def squeezed(stiffness: float, gap: float, columns: int) -> Tube:
     nodes.x[:], nodes.y[:], nodes.z[:], nodes.w[:] = x, y, z, 0.0
     dt = 0.7 * stable_step(model, nodes, sweep)
     squeeze(model, state, sweep, 2 * RADIUS, gap, int(0.02 / dt), int(0.08 / dt), dt)
-    per_length = model.sector.copies / (dt * model.fabric.h1)
+    per_length = model.hoop.whole / (dt * model.fabric.h1)
     impulses = sweep.by_column.on_cargo[:columns], sweep.by_column.impulse[:columns]
     x, z = grid_view(nodes.x, model)[1], grid_view(nodes.z, model)[1]
     right, above = np.roll(x, -1), np.roll(z, -1)

@@ -120,7 +120,7 @@ def test_gravity_work_is_potential_energy() -> None:
     falling.advance(until=0.05)
     fallen = (before - places_of_ledger(falling))[..., 2]
     model = falling.model
-    expected = model.sector.copies * model.gravity * (model.mass @ fallen.sum(axis=1) + model.cargo_mass * fallen[-1, 0])
+    expected = model.hoop.whole * model.gravity * (model.mass @ fallen.sum(axis=1) + model.cargo_mass * fallen[-1, 0])
     assert falling.now(History.WORK_GRAVITY) == pytest.approx(expected, rel=1e-7)
 
 
@@ -147,8 +147,8 @@ def volume(places: Floats) -> float:
 
 def gas_volume(falling: Drop) -> float:
     """Volume (m³) of the gas: that between wall and covers with what lies between chords and arcs."""
-    sector = falling.model.sector
-    return sector.copies * sector.gas * volume(places_of_ledger(falling))
+    hoop = falling.model.hoop
+    return hoop.whole * hoop.gas * volume(places_of_ledger(falling))
 
 
 @pytest.mark.parametrize("columns", [8, 90])
@@ -204,7 +204,7 @@ def stored_energy(falling: Drop) -> float:
     has none: its directions are not the gradients of its stretches where a cell's edges are not parallel.
     """
     model = falling.model
-    places, fabric, whole = places_of_ledger(falling), model.fabric, model.sector.copies
+    places, fabric, whole = places_of_ledger(falling), model.fabric, model.hoop.whole
     up, right = np.diff(places, axis=0), np.roll(places, -1, axis=1) - places
     e1 = np.linalg.norm(up, axis=-1) / fabric.h1 - 1
     e2 = np.linalg.norm(right, axis=-1) / fabric.h2 - 1
@@ -328,13 +328,13 @@ def test_momentum_changes_by_gravity_and_ground_only(scheme: str, end: str, cont
 
     def momentum() -> float:
         moving = model.mass @ grid_view(falling.state.nodes.w, model).sum(axis=1)
-        return model.sector.copies * float(moving + model.cargo_mass * grid_view(falling.state.nodes.w, model)[-1, 0])
+        return model.hoop.whole * float(moving + model.cargo_mass * grid_view(falling.state.nodes.w, model)[-1, 0])
 
     before = momentum()
     rows, _ = finish(falling)
     steps = rows[:-1, History.TIME_STEP]
     dt = 0.5 * (np.concatenate(([0.0], steps[:-1])) + steps)
-    weight = model.sector.copies * (model.n2 * model.mass.sum() + model.cargo_mass) * model.gravity
+    weight = model.hoop.whole * (model.n2 * model.mass.sum() + model.cargo_mass) * model.gravity
     impulse = np.sum(dt * (rows[:-1, History.GROUND_FORCE] - weight))
     assert (falling.now(History.WORK_GROUND) < 0.0) == (scheme == "edge")  # by then fabric has met the ground
     assert momentum() - before == pytest.approx(impulse, abs=1e-11 * abs(before))

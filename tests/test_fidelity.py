@@ -1,4 +1,4 @@
-"""The whole shell, a sector of it and the axisymmetric shell are one computation for as long as the shell keeps its symmetry."""
+"""The whole shell and the axisymmetric shell are one computation for as long as the shell keeps its symmetry."""
 
 from dataclasses import replace
 from pathlib import Path
@@ -22,12 +22,7 @@ pytestmark = pytest.mark.kernels
 
 CONFIGS = Path(__file__).resolve().parents[1] / "configs"
 SIZE = 0.6  # m, of the shell
-PARTS = {
-    "sector of 1": ("model.fidelity=sector", "model.sector=1"),
-    "sector of 3": ("model.fidelity=sector", "model.sector=3"),
-    "sector of 9": ("model.fidelity=sector", "model.sector=9"),
-    "axisymmetric": ("model.fidelity=axisymmetric",),
-}
+PARTS = {"axisymmetric": ("model.fidelity=axisymmetric",)}  # of the whole shell
 COARSE = ("grid.generatrix=12", "grid.hoop=36")
 # Configuration, overrides and a time (s) up to which round-off has not grown past 1e-10 of the shell: slack hoops let it grow.
 SCENES = {
@@ -204,26 +199,6 @@ def test_fidelities_differ_no_more_than_the_full_shell_is_out_of_round(config: s
     assert lopsided(full) > 1e-11
 
 
-@pytest.mark.parametrize("law", ["true_tension", "tension_field"])
-def test_sector_of_a_crooked_shell(law: str) -> None:
-    """A shell that repeats after 9 of 36 columns and has no other symmetry, with shear: the whole and one of its four parts."""
-    overrides = (*COARSE, "fabric.G12=400", f"fabric.law={law}")
-    sector, full = drop("paper", *overrides, *PARTS["sector of 9"]), drop("paper", *overrides)
-    random = np.random.default_rng(5)
-    for flat in sector.state.nodes:
-        rows = flat.reshape(13, -1)
-        rows[1:-1, PAD : PAD + 9] += random.normal(0.0, 2e-3, (11, 9))
-    set_whole(full, whole(sector))
-    for flat, values in zip(sector.state.nodes, whole(sector), strict=True):  # the copies at both ends of the rows
-        flat.reshape(13, -1)[:, PAD - 1 : PAD + 10] = np.roll(values, 1, axis=1)[:, :11]
-    start = lopsided(full)
-    advance_to(sector, 3e-3)
-    advance_to(full, 3e-3)
-    assert start > 1e-3
-    assert lopsided(full) > 1e-3
-    assert distance(full, sector) < EXACT
-
-
 # --- books -----------------------------------------------------------------------------------------------------------------
 
 
@@ -255,13 +230,13 @@ def test_momentum_changes_by_gravity_and_ground_only(contact: str) -> None:
     model, nodes = falling.model, meridian_view(falling.state.nodes, falling.model)
 
     def momentum() -> float:
-        return model.sector.copies * float(model.mass @ nodes.w + model.cargo_mass * nodes.w[-1])
+        return model.hoop.whole * float(model.mass @ nodes.w + model.cargo_mass * nodes.w[-1])
 
     before = momentum()
     rows = advance_to(falling, np.inf)
     steps = rows[:-1, History.TIME_STEP]
     dt = 0.5 * (np.concatenate(([0.0], steps[:-1])) + steps)
-    weight = model.sector.copies * (model.mass.sum() + model.cargo_mass) * model.gravity
+    weight = model.hoop.whole * (model.mass.sum() + model.cargo_mass) * model.gravity
     impulse = np.sum(dt * (rows[:-1, History.GROUND_FORCE] - weight))
     assert falling.now(History.WORK_GROUND) < 0.0
     assert momentum() - before == pytest.approx(impulse, abs=1e-11 * abs(before))
@@ -282,7 +257,7 @@ def thrown_inwards(*overrides: str) -> Drop:
         for name, place in (("u", "x"), ("v", "y")):
             values = getattr(nodes, place).reshape(model.n1 + 1, -1)
             getattr(nodes, name).reshape(model.n1 + 1, -1)[4:9] = -100.0 * values[4:9] / 0.25
-    added = 0.5 * 100.0**2 * model.mass[4:9].sum() * model.n2 * model.sector.copies
+    added = 0.5 * 100.0**2 * model.mass[4:9].sum() * model.n2 * model.hoop.whole
     falling.state.now[History.KINETIC_ENERGY] = falling.state.kinetic_start[0] = falling.state.kinetic_start[0] + added
     return falling
 
@@ -341,15 +316,14 @@ def test_result_file_holds_the_whole_shell(part: str, tmp_path: Path) -> None:
 
 
 def test_each_driver_is_compiled_once() -> None:
-    """Without contact of folds, and once more with it; likewise for steps in halves, where other tests take some."""
+    """Without contact of folds, and once more with it; for any case."""
     for config in ("paper", "sine", "belts-list"):
         for contact in ("paper", "full"):
             drop(config, *COARSE, *PARTS["axisymmetric"], f"contact={contact}").advance(most=2)
-        drop(config, *COARSE, *PARTS["sector of 3"]).advance(until=1e-3)
+            drop(config, *COARSE, f"contact={contact}").advance(until=1e-3)
     for driver in (advance_meridian, advance):
         kinds = [(signature[1][State._fields.index("folds")], signature[2]) for signature in driver.entry.signatures]
-        assert len(kinds) == len(set(kinds)) <= (4 if driver is advance else 2)
-    assert len(advance_meridian.entry.signatures) == 2
+        assert len(kinds) == len(set(kinds)) == 2
 
 
 def test_chunks_of_steps_change_nothing() -> None:
@@ -370,9 +344,6 @@ def test_axisymmetric_shell_that_bursts() -> None:
 @pytest.mark.parametrize(
     ("overrides", "fault"),
     [
-        (["model.fidelity=sector"], "model.sector: missing; an integer >= 1 and <= 10000 such as '9' is wanted"),
-        (["model.sector=9"], "model.sector: a sector of the full shell; fidelity: sector, or no sector is wanted"),
-        (["model.fidelity=sector", "model.sector=7"], "model.sector: 7 columns do not divide grid.hoop, 90; one of 1, 2, 3, 5,"),
         (
             ["model.fidelity=axisymmetric", "model.scheme=cell"],
             "model.scheme: the axisymmetric shell does not know the cell scheme; scheme: edge or fidelity: full is wanted",
@@ -380,7 +351,7 @@ def test_axisymmetric_shell_that_bursts() -> None:
         (["contact=axis"], "contact: the full shell does not know 'axis'; fidelity: axisymmetric, or no 'axis' is wanted"),
         (
             ["model.fidelity=round"],
-            "model.fidelity: unknown value 'round'; full or sector or axisymmetric or lumped or auto is wanted",
+            "model.fidelity: unknown value 'round'; full or axisymmetric or lumped or auto is wanted",
         ),
     ],
 )

@@ -28,7 +28,7 @@ from softbrake.kernels.meet import EDGES, NEVER, SECOND, crossing_of, crossing_o
 from softbrake.kernels.motion import close_nodes
 from softbrake.kernels.near import find_pairs
 from softbrake.kernels.step import fold_step
-from softbrake.state import PAD, Blows, Floats, FoldCount, History, Nodes, Outcome, Sector, Sheet, Step
+from softbrake.state import PAD, Blows, Floats, FoldCount, History, Nodes, Outcome, Sheet, Step
 
 pytestmark = pytest.mark.kernels
 
@@ -84,7 +84,7 @@ class Cloth:
         """Move by a step (s); returns the places before and after."""
         before, velocities = self.places, self.velocities
         velocities[0], velocities[-1] = 0.0, (0.0, 0.0, cover_velocity)
-        course = Step(length, length, 0.0, self.cover, self.cover + length * cover_velocity, 1e-6, Sector(1.0, 1.0, 1.0, 0.0))
+        course = Step(length, length, 0.0, self.cover, self.cover + length * cover_velocity, 1e-6)
         free = before.copy()
         free[1:-1] += length * velocities[1:-1]
         low, high = self.sheet.ground, course.next_cover - course.gap if self.sheet.cover else inf
@@ -300,7 +300,7 @@ def backed(z: float, r: float, height: float = inf) -> tuple[Sheet, Step, Nodes]
     sheet = Sheet(2, 4, 6, 1, 0.0, EDGE, 0.0, 1, 0.5, 1, 0.5, height, 0)
     nodes = Nodes(*(np.zeros(18) for _ in Nodes._fields))
     nodes.x[7], nodes.z[7] = r, 0.1 + z
-    return sheet, Step(1e-5, 1e-5, 0.0, 0.1, 0.1, 1e-6, Sector(1.0, 1.0, 1.0, 0.0)), nodes
+    return sheet, Step(1e-5, 1e-5, 0.0, 0.1, 0.1, 1e-6), nodes
 
 
 @pytest.mark.parametrize(
@@ -556,7 +556,7 @@ def test_peak_and_impulse_do_not_grow_as_steps_shrink() -> None:
             rows.append(new.copy())
         history = np.concatenate(rows)
         last = history[:, History.HEIGHT] < 5e-3
-        steps, gas = history[last, History.TIME_STEP], model.pressure.value * model.sector.copies * model.cover_area
+        steps, gas = history[last, History.TIME_STEP], model.pressure.value * model.hoop.whole * model.cover_area
         impulse = history[last, History.CONTACT_FORCE] @ steps
         assert outcome == Outcome.IMPACT
         assert 0.1 < impulse < gas * steps.sum()
@@ -612,7 +612,7 @@ def meridian_thrown(u: float, w: float, folds: bool) -> tuple[int, float, Drop]:
     nodes.x[24:-1] *= 0.9
     before = nodes.u[1:-1] ** 2 + nodes.w[1:-1] ** 2
     nodes.u[1:-1], nodes.w[1:-1] = np.array([[u], [w]]) + 10.0 * np.random.default_rng(1).standard_normal((2, 47))
-    mass = falling.model.mass * falling.model.n2 * falling.model.sector.copies
+    mass = falling.model.mass * falling.model.n2 * falling.model.hoop.whole
     falling.state.kinetic_start[0] += 0.5 * mass[1:-1] @ (nodes.u[1:-1] ** 2 + nodes.w[1:-1] ** 2 - before)
     falling.state.now[History.KINETIC_ENERGY] = falling.state.kinetic_start[0]
     while falling.now(History.TIME) < 0.02:
@@ -656,10 +656,10 @@ def test_shell_thrown_at_the_cover(folds: bool) -> None:
     for part, speed in zip(nodes[3:], (*inwards, 20.0), strict=True):
         grid_view(part, model)[1:-1] = speed + 10.0 * random.standard_normal((model.n1 - 1, model.n2))
     for row in range(model.n1 + 1):
-        close_nodes(nodes, model.sector, np.uint64(row * model.stride + PAD), model.n2)
+        close_nodes(nodes, np.uint64(row * model.stride + PAD), model.n2)
     squares = sum((grid_view(part, model)[1:-1] ** 2).sum(axis=1) for part in nodes[3:])
     moving = model.cargo_mass + model.n2 * model.mass[-1]
-    kinetic = 0.5 * model.sector.copies * (model.mass[1:-1] @ squares + moving * 0.1**2)
+    kinetic = 0.5 * model.hoop.whole * (model.mass[1:-1] @ squares + moving * 0.1**2)
     state.now[History.KINETIC_ENERGY] = state.kinetic_start[0] = kinetic
     passed, outcome, contact = 0, Outcome.RUNNING, 0.0
     while outcome == Outcome.RUNNING:
@@ -687,7 +687,7 @@ def test_momentum_changes_by_gravity_and_ground_only() -> None:
 
     def momentum() -> float:
         moving = model.mass @ grid_view(falling.state.nodes.w, model).sum(axis=1)
-        return model.sector.copies * float(moving + model.cargo_mass * grid_view(falling.state.nodes.w, model)[-1, 0])
+        return model.hoop.whole * float(moving + model.cargo_mass * grid_view(falling.state.nodes.w, model)[-1, 0])
 
     before, rows, outcome = momentum(), [], Outcome.RUNNING
     while outcome == Outcome.RUNNING and falling.now(History.HEIGHT) > 0.05:
@@ -697,7 +697,7 @@ def test_momentum_changes_by_gravity_and_ground_only() -> None:
     history = np.concatenate(rows)
     steps = history[:, History.TIME_STEP]
     dt = 0.5 * (np.concatenate(([0.0], steps[:-1])) + steps)
-    weight = model.sector.copies * (model.n2 * model.mass.sum() + model.cargo_mass) * model.gravity
+    weight = model.hoop.whole * (model.n2 * model.mass.sum() + model.cargo_mass) * model.gravity
     impulse = np.sum(dt * (history[:, History.GROUND_FORCE] - weight))
     assert momentum() - before == pytest.approx(impulse, abs=1e-10 * abs(before))
 
@@ -735,7 +735,7 @@ def test_folds_are_foreseen(part: str, scale: float, turned: float, due: bool) -
         grid_view(state.nodes.v, model)[:, 1] = -velocity
         grid_view(state.nodes.v, model)[:, -1] = -velocity
     for row in range(model.n1 + 1):
-        close_nodes(state.nodes, model.sector, np.uint64(row * model.stride + PAD), model.n2)
+        close_nodes(state.nodes, np.uint64(row * model.stride + PAD), model.n2)
     fold_step(model, state, falling.sweep.by_column)
     assert state.folds.counts[FoldCount.DUE] == due
     assert state.folds.counts[FoldCount.STALE] == due

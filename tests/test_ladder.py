@@ -739,7 +739,6 @@ def test_climb_takes_the_courant_number_that_the_damping_allows() -> None:
     [
         ("grid={generatrix: 36, hoop: 60}",),
         ("grid={generatrix: 54, hoop: 90}", "model.fidelity=axisymmetric"),
-        ("grid={generatrix: 54, hoop: 90}", "model.fidelity=sector", "model.sector=9"),
     ],
 )
 def test_error_bar_holds(grid: tuple[str, ...]) -> None:

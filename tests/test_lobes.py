@@ -12,7 +12,7 @@ from softbrake.build import build_model, build_state, build_sweep, grid_view
 from softbrake.drop import Drop
 from softbrake.kernels.contact import GAP, press_row, rub_row
 from softbrake.kernels.folds import shell_sheet
-from softbrake.kernels.lobes import column_of, deviation, inward_normal, part_lobes, part_nodes
+from softbrake.kernels.lobes import deviation, inward_normal, part_lobes, part_nodes
 from softbrake.kernels.motion import close_nodes, push_row
 from softbrake.state import PAD, Blows, Floats, History, Nodes, Outcome, Step
 
@@ -108,8 +108,8 @@ def groove(contact: str, *others: str) -> Drop:
             x[row], y[row] = radius * np.cos(angle), radius * np.sin(angle)
             z[row] = 0.3 + side * 0.004
             w[row] = -10.0 if side > 0 else 4.0
-    mass = model.sector.copies * model.n2 * model.mass
-    moving = model.sector.copies * model.cargo_mass + mass[-1]
+    mass = model.hoop.whole * model.n2 * model.mass
+    moving = model.hoop.whole * model.cargo_mass + mass[-1]
     kinetic = 0.5 * (mass[1:-1] * grid_view(nodes.w, model)[1:-1, 0] ** 2).sum() + 0.5 * moving * 0.1**2
     drop.state.now[History.KINETIC_ENERGY] = drop.state.kinetic_start[0] = kinetic
     return drop
@@ -155,11 +155,11 @@ def test_lobe_that_strays_beside_the_place_where_it_touches(column: int, around:
     z[14, there], z[14, PAD + (column - around) % 16] = 0.3 - 0.004, 0.3 + 0.02 + twist
     w[13, at], w[14, there] = -1e-3, -20.0
     for row in range(10, 15):
-        close_nodes(state.nodes, model.sector, np.uint64(row * model.stride + PAD), model.n2)
+        close_nodes(state.nodes, np.uint64(row * model.stride + PAD), model.n2)
     z += dt * w
     momentum = model.mass @ grid_view(state.nodes.w, model).sum(axis=1)
     assert z[14, there] < z[10, there]
-    course = Step(dt=dt, length=dt, gravity=0.0, cover=0.6, next_cover=0.6, gap=GAP, sector=model.sector)
+    course = Step(dt=dt, length=dt, gravity=0.0, cover=0.6, next_cover=0.6, gap=GAP)
     part_lobes(model, state.nodes, state.work, drop.sweep.by_column, drop.sweep.parting, course, False)
     assert z[13, at] - z[11, at] == pytest.approx(0.0, abs=1e-12)
     assert model.mass @ grid_view(state.nodes.w, model).sum(axis=1) == pytest.approx(momentum, rel=1e-12)
@@ -176,7 +176,7 @@ def test_cargo_has_the_last_word_where_lobes_are_parted() -> None:
     model, state, dt = drop.model, drop.state, 1e-4
     nodes, impulse = state.nodes, np.zeros(2)
     a, b = (np.uint64(row * model.stride + PAD) for row in (11, 13))
-    course = Step(dt=dt, length=dt, gravity=0.0, cover=0.1, next_cover=0.1, gap=GAP, sector=model.sector)
+    course = Step(dt=dt, length=dt, gravity=0.0, cover=0.1, next_cover=0.1, gap=GAP)
     for node, radius, u in ((a, 0.2501, 0.0), (b, 0.2511, -20.0)):
         nodes.x[node], nodes.y[node], nodes.z[node] = radius + dt * u, 0.0, 0.3
         nodes.u[node], nodes.v[node], nodes.w[node] = u, 0.0, 0.0
@@ -187,16 +187,6 @@ def test_cargo_has_the_last_word_where_lobes_are_parted() -> None:
         assert nodes.x[node] == pytest.approx(model.contact.cargo_radius, rel=1e-12)
     assert nodes.u[a] == pytest.approx(-1.0, rel=1e-9)
     assert nodes.w[a] == impulse[0] == 0.0
-
-
-def test_columns_beyond_the_ends_of_a_sector() -> None:
-    """A vector at a copy, turned to the column that it copies, as the places are."""
-    case = softbrake.load_case(PAPER, ["model.fidelity=sector", "model.sector=6"])
-    model = build_model(case)
-    x, y, *_ = (part.reshape(model.n1 + 1, model.stride)[3] for part in build_state(case, model).nodes)
-    for column, real in ((-1, model.n2 - 1), (0, 0), (model.n2, 0)):
-        found = column_of(column, model.n2, model.sector, x[PAD + column], y[PAD + column])
-        assert found == pytest.approx((real, x[PAD + real], y[PAD + real]), abs=1e-15)
 
 
 @pytest.mark.parametrize("law", ["true_tension", "tension_field"])
@@ -218,7 +208,7 @@ def test_contact_works_its_impulses_times_the_mean_velocity(scheme: str, law: st
     for part in state.nodes[:2]:
         grid_view(part, model)[1:-1] += 2e-3 * random.standard_normal((model.n1 - 1, model.n2))
     for row in range(1, model.n1):
-        close_nodes(state.nodes, model.sector, np.uint64(row * model.stride + PAD), model.n2)
+        close_nodes(state.nodes, np.uint64(row * model.stride + PAD), model.n2)
     state.kinetic_start[0] = 1e6  # J: what is stretched at the start is no divergence
     free = drop.sweep.parting.free  # type: ignore[union-attr]
     mass = model.mass[1:-1, None]
@@ -231,7 +221,7 @@ def test_contact_works_its_impulses_times_the_mean_velocity(scheme: str, law: st
         assert drop.advance(most=1)[1] == Outcome.RUNNING
         new = velocities(state.nodes[3:])
         jumps = new - velocities(tuple(free))
-        work = model.sector.copies * float((mass * jumps * 0.5 * (old + new)).sum())
+        work = model.hoop.whole * float((mass * jumps * 0.5 * (old + new)).sum())
         met += work != 0.0
         assert drop.now(History.WORK_CONTACT) - worked == pytest.approx(work, rel=1e-9, abs=1e-12)
     assert met > 10
@@ -254,7 +244,7 @@ def slide(friction: float, up: bool) -> tuple[Floats, Floats]:
     a = np.uint64(row * model.stride + PAD)
     contact = model.contact._replace(cover_radius=inf)
     gravity = -9.80665 if up else 9.80665
-    step = Step(dt=dt, length=dt, gravity=gravity, cover=0.6, next_cover=0.6, gap=GAP, sector=model.sector)
+    step = Step(dt=dt, length=dt, gravity=gravity, cover=0.6, next_cover=0.6, gap=GAP)
     angle = 2 * pi * np.arange(-PAD, model.stride - PAD) / model.n2
     line = slice(row * model.stride, (row + 1) * model.stride)
     nodes.z[line] = 0.6 - GAP if up else 0.0

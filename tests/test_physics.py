@@ -99,7 +99,7 @@ def test_shell_starts_as_a_piston() -> None:
     rows, _ = falling.advance(most=1)
     model = falling.model
     total = 100.0 + 0.05 * 2 * pi * 0.25 * 0.5 * 0.6 / 36  # of cargo and half a cell of cloth all around
-    assert model.sector.copies * model.cover_area == pytest.approx(pi / 16, rel=1e-12)
+    assert model.hoop.whole * model.cover_area == pytest.approx(pi / 16, rel=1e-12)
     assert rows[0, History.ACCELERATION] == pytest.approx(15696 * pi / 16 / total - 9.80665, rel=1e-9)
 
 
@@ -215,7 +215,7 @@ def relaxed_cylinder(law: str, rows: int, columns: int, end: float, fidelity: st
     grid = (f"grid.generatrix={rows}", f"grid.hoop={columns}", f"model.fidelity={fidelity}")
     falling = drop(*HELD, *damping, f"fabric.law={law}", *grid)
     finish(falling, end)
-    pull = 15696.0 * falling.model.cover_area * falling.model.sector.copies - falling.now(History.COVER_FORCE)
+    pull = 15696.0 * falling.model.cover_area * falling.model.hoop.whole - falling.now(History.COVER_FORCE)
     return StaticCylinder(radii(falling)[rows // 2].mean(), *middle_tensions(falling), pull)
 
 

@@ -218,7 +218,6 @@ def test_slack_cloth_takes_no_more_momentum_than_its_own_mass_has(grid: str) -> 
         ((), (72, 120)),  # 18 cells in a radius
         ((AXISYMMETRIC,), (144, 120)),
         (("model.fidelity=lumped",), (144, 120)),
-        (("model={fidelity: sector, sector: 9}",), (72, 126)),
         (("shell.height=5 cm", "belts.count=0"), (8, 120)),
         (("shell.height=0.6 m", "shell.diameter=0.5 m", "belts.count=0"), (44, 120)),
         (("belts.count=19",), (120, 120)),  # 6 cells from belt to belt, 6 cm apart

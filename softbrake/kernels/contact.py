@@ -5,7 +5,7 @@ from math import sqrt
 from numba import uint64
 
 from softbrake.kernels.jit import kernel
-from softbrake.kernels.motion import close_nodes, close_row, turn_row
+from softbrake.kernels.motion import close_nodes, close_vectors
 from softbrake.state import PAD, History, Step
 
 FIRST = uint64(PAD)
@@ -14,14 +14,14 @@ BLOW = 100.0  # m/s^2, change of the cargo's acceleration from step to step that
 
 
 @kernel
-def foresee(now, velocity, gravity, sector, dt, length):
+def foresee(now, velocity, gravity, dt, length):
     """Return the Step from n to n+1: dt from n-1/2 to n+1/2 (s), length (s); velocity (m/s) of the cover at n-1/2.
 
     The cover moves last, by what presses on it; until then its next place is foreseen by its last acceleration.
     """
     cover = now[History.HEIGHT]
     next_cover = cover + length * (velocity + dt * now[History.ACCELERATION])
-    return Step(dt, length, gravity, cover, next_cover, GAP + BLOW * dt * length, sector)
+    return Step(dt, length, gravity, cover, next_cover, GAP + BLOW * dt * length)
 
 
 @kernel
@@ -145,9 +145,8 @@ def stop_row(nodes, jump, area, pressure, mean, work, by_column, step, mass, nod
         mean.z[c] += half_w
         work.contact[j] += mass * (u * mean.x[c] + v * mean.y[c] + w * mean.z[c])
         shift(nodes, a, length, u, v, w)
-    close_nodes(nodes, step.sector, node, columns)
-    turn_row(mean.x, mean.y, step.sector, row, columns)
-    close_row(mean.z, row, columns)
+    close_nodes(nodes, node, columns)
+    close_vectors(mean, row, columns)
 
 
 @kernel

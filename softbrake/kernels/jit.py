@@ -56,10 +56,6 @@ CACHE_FOLDER = _cache_folder()
 class NoAlias(Compiler):
     """Compiles with the promise that no two arrays given to a kernel overlap where one of them is written.
 
-    Two threads that sweep the halves of one drop are given the same arrays. The promise is of the arrays within one call, so it
-    holds in either. What one thread wrote the other reads after an exchange that acquires what was released (`halves.turned`);
-    that counts as touching all memory, so LLVM keeps no value of an array beyond it.
-
     LLVM else tests this at run time before each loop it vectorises, pair by pair of arrays, or gives up where they are many:
     52 against 188 ns for update_edges on 96 columns.
 
@@ -171,6 +167,6 @@ def before_compiling(say: Callable[[], None]) -> Iterator[None]:
 def kernel(function: Callable[..., Any]) -> Kernel:
     """Compile at the first call, cache the machine code; division by zero gives inf as in NumPy. See NoAlias, Kernel.
 
-    Kernels let other threads run: no two drops share an array. Two threads of one drop do, and take turns, see kernels.halves.
+    Kernels let other threads run: no two drops share an array.
     """
     return Kernel(function)

@@ -21,7 +21,7 @@ from softbrake.kernels.geometry import update_area_vectors, update_edges
 from softbrake.kernels.jit import kernel
 from softbrake.kernels.ledger import add_belt_work, add_cell_work, add_edge_work, add_shear_work
 from softbrake.kernels.lobes import may_fold, part_lobes
-from softbrake.kernels.motion import close_edges, close_row, hold_row, turn_row
+from softbrake.kernels.motion import close_edges, close_vectors, hold_row
 from softbrake.kernels.pressure import update_damped_pressure
 from softbrake.kernels.rows import lanes
 from softbrake.state import PAD, History, Scheme
@@ -95,15 +95,14 @@ def return_row(nodes, before, start, stride, length):
 
 
 @kernel
-def halve_jumps(nodes, free, mean, sector, node, row, columns):
+def halve_jumps(nodes, free, mean, node, row, columns):
     """Write half the jumps (m/s) of a row of nodes to mean at offset row. Reads nodes, free at offset node."""
     for j in range(lanes(columns)):
         a, c = node + j, row + j
         mean.x[c] = 0.5 * (nodes.u[a] - free.x[a])
         mean.y[c] = 0.5 * (nodes.v[a] - free.y[a])
         mean.z[c] = 0.5 * (nodes.w[a] - free.z[a])
-    turn_row(mean.x, mean.y, sector, row, columns)
-    close_row(mean.z, row, columns)
+    close_vectors(mean, row, columns)
 
 
 @kernel
@@ -130,8 +129,8 @@ def add_jump_work(model, state, sweep, dt, length):
     state.work; scratch in sweep, which it goes through as sweep_rows does.
     """
     n1, n2, stride, fabric, belts = model.n1, model.n2, uint64(model.stride), model.fabric, model.belts
-    nodes, work, on_chords = state.nodes, state.work, state.now[History.PRESSURE] * model.sector.gas
-    before, free, sector = sweep.parting.before, sweep.parting.free, model.sector
+    nodes, work, on_chords = state.nodes, state.work, state.now[History.PRESSURE] * model.hoop.gas
+    before, free = sweep.parting.before, sweep.parting.free
     first, last = find_jumps(nodes, free, n1, stride, n2)
     if first > last:
         return
@@ -144,7 +143,7 @@ def add_jump_work(model, state, sweep, dt, length):
         return_row(nodes, before, uint64(i) * stride, stride, length)
     start, wrinkled, wrinkled_below = uint64((first - 1) % 3) * stride + FIRST, False, False
     update_edges(before, h, uint64(first - 1) * stride + FIRST, ONE, start, n2, fabric.h2)  # (2.6)
-    close_edges(h, sector, start, n2)
+    close_edges(h, start, n2)
     for i in range(first - 1, last + 2):
         node = uint64(i) * stride + FIRST
         row, below = uint64(i % 2) * stride + FIRST, uint64((i + 1) % 2) * stride + FIRST
@@ -154,9 +153,9 @@ def add_jump_work(model, state, sweep, dt, length):
         hold_row(mean, row, n2, 0.0)
         if i <= last:
             update_edges(before, h, node + stride, ONE, hoop_above, n2, fabric.h2)
-            close_edges(h, sector, hoop_above, n2)
+            close_edges(h, hoop_above, n2)
             update_edges(before, g, node, stride, row, n2, fabric.h1)
-            close_edges(g, sector, row, n2)
+            close_edges(g, row, n2)
         if belted:
             update_belt_tension(belts, i, h, g, belt, tension_2, hoop, below, row, n2)  # (2.3)
         if i <= last and edge_scheme:
@@ -171,7 +170,7 @@ def add_jump_work(model, state, sweep, dt, length):
         if wrinkled:
             add_diagonal_tension(fabric, g, h, cells, tension_1, tension_2, row, hoop, hoop_above, row, n2, not edge_scheme)
         if first <= i <= last:
-            halve_jumps(nodes, free, mean, sector, node, row, n2)
+            halve_jumps(nodes, free, mean, node, row, n2)
             update_area_vectors(g, h, sweep.area, row, below, hoop, hoop_above, hoop_below, n2)  # (2.7)
             if model.pressure.damping > 0.0:
                 update_damped_pressure(model.pressure, on_chords, before, sweep.area, on_nodes, node, lanes(n2))  # (2.11)

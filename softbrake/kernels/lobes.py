@@ -166,8 +166,8 @@ def part_lobes(model, nodes, work, by_column, parting, course, touching):
                 ways.x[a], ways.y[a], ways.z[a] = 0.0, 0.0, 0.0
         if moved == 0:
             continue
-        close_nodes(nodes, model.sector, start_1, columns)
-        close_nodes(nodes, model.sector, start_2, columns)
+        close_nodes(nodes, start_1, columns)
+        close_nodes(nodes, start_2, columns)
         if row_1 == 1 or row_2 == model.n1 - 1:  # N1 or N2 is held
             continue
         for j in range(columns):
@@ -179,11 +179,11 @@ def part_lobes(model, nodes, work, by_column, parting, course, touching):
                 if min(deviation(nodes, a, stride, -1.0, around), deviation(nodes, b, stride, 1.0, around)) <= 0.0:
                     side = around * sin
                     turn = 1.0 + around * around * (cos - 1.0)  # the way apart turns with the generatrix
-                    column, nx, ny = column_of(j + around, columns, model.sector, turn * cx - side * cy, turn * cy + side * cx)
+                    nx, ny, column = turn * cx - side * cy, turn * cy + side * cx, (j + around + columns) % columns
                     c, d = start_1 - stride + uint64(column), start_2 + stride + uint64(column)
                     part_nodes(nodes, blows, course, sheet, c, d, column, mass[row_1 - 1], mass[row_2 + 1], nx, ny, cz)
-        close_nodes(nodes, model.sector, start_1 - stride, columns)
-        close_nodes(nodes, model.sector, start_2 + stride, columns)
+        close_nodes(nodes, start_1 - stride, columns)
+        close_nodes(nodes, start_2 + stride, columns)
 
 
 @kernel
@@ -199,16 +199,6 @@ def find_ways(nodes, ways, start_1, start_2, stride, columns):
         ways.x[a] = scale * (x2 - x1)
         ways.y[a] = scale * (y2 - y1)
         ways.z[a] = scale * (z2 - z1)
-
-
-@kernel
-def column_of(column, columns, sector, x, y):
-    """Return a column, and a vector level there: beyond either end of the row those that it copies, turned with them."""
-    if column < 0:
-        return column + columns, sector.cos * x - sector.sin * y, sector.cos * y + sector.sin * x
-    if column == columns:
-        return 0, sector.cos * x + sector.sin * y, sector.cos * y - sector.sin * x
-    return column, x, y
 
 
 @kernel
@@ -234,7 +224,7 @@ def part_meridian_lobes(model, nodes, meridian, course):
         touch = part_nodes(nodes, blows, course, sheet, a, b, a, mass[a], mass[b], cx, 0.0, cz)
         moved |= touch
         if touch > 0 and a > 1 and b < model.n1 - 1:
-            rise = 2.0 * (model.sector.cos - 1.0)
+            rise = 2.0 * (model.hoop.cos - 1.0)
             least_1 = bend(nodes, a, ONE, x1, 0.0, z1) + min(rise * x1 * nodes.x[a], 0.0)
             least_2 = bend(nodes, b, ONE, x2, 0.0, z2) + min(rise * x2 * nodes.x[b], 0.0)
             if min(least_1, least_2) <= 0.0:

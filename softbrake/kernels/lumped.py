@@ -15,14 +15,14 @@ def advance_lumped(model, state, _, history, interval, most, until):
     Exact for constant pressure, of second order else. Nodes are drawn on a straight wall; they weigh and carry nothing.
     """
     now, nodes, rows, done, outcome = state.now, state.nodes, 0, 0, Outcome.RUNNING
-    area, mass = model.sector.copies * model.cover_area, model.sector.copies * model.cargo_mass
+    area, mass = model.hoop.whole * model.cover_area, model.hoop.whole * model.cargo_mass
     velocity = nodes.w[model.n1]
     while outcome == Outcome.RUNNING and done < most and now[History.TIME] < until and rows + 1 < history.shape[0]:
         length, dt = begin_step(model, state)
         pressure = pressure_at(model.pressure, now[History.TIME])  # (2.10)
         force = pressure * area
         old = velocity
-        step = foresee(now, old, model.gravity, model.sector, dt, length)
+        step = foresee(now, old, model.gravity, dt, length)
         now[History.PRESSURE] = pressure
         now[History.COVER_FORCE] = now[History.GROUND_FORCE] = force
         now[History.GROUND_AREA] = area

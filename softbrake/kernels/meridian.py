@@ -33,7 +33,7 @@ def sweep_meridian(model, state, meridian, dt, length):
     dt: from n-1/2 to n+1/2; length: from n to n+1 (s). The one column moves its share of the cargo; state.now has the whole
     shell's forces.
     """
-    n1, fabric, contact, columns = model.n1, model.fabric, model.contact, model.sector.copies
+    n1, fabric, contact, columns = model.n1, model.fabric, model.contact, model.hoop.whole
     nodes, now, work, mass = state.nodes, state.now, state.work, model.mass
     side = fabric.h2 / model.radius
     pressure = pressure_at(model.pressure, now[History.TIME])  # (2.10)
@@ -41,7 +41,7 @@ def sweep_meridian(model, state, meridian, dt, length):
     gas_on_cover = pressure * model.cover_area
     top = uint64(n1)
     old_height, old = nodes.z[top], nodes.w[top]
-    step = foresee(now, old, model.gravity, model.sector, dt, length)
+    step = foresee(now, old, model.gravity, dt, length)
 
     copy_top(nodes, top)
     update_generatrix(fabric, nodes, meridian, side, n1)  # (2.6), (2.9)
@@ -379,7 +379,7 @@ def book_forces(now, meridian, gravity, columns, dt, n1):
 @kernel
 def book_energies(model, nodes, work, now):
     """Write kinetic energy and works of all columns at n+1/2 to now, for the row of time n+1."""
-    n1, columns, mass, top = model.n1, model.sector.copies, model.mass, uint64(model.n1)
+    n1, columns, mass, top = model.n1, model.hoop.whole, model.mass, uint64(model.n1)
     kinetic = 0.5 * (model.cargo_mass + mass[top]) * nodes.w[top] * nodes.w[top]
     pressure, elastic, viscous, belts, gravity, ground, contact = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
     for i in range(ONE, top):
@@ -443,7 +443,7 @@ def advance_meridian(model, state, meridian, history, interval, most, until):
     Sums over the nodes are taken where they are needed only: for a row of the history, at the end, and for end_step to see a
     divergence, when a step is chosen and when tensions are higher than ever, as in a divergence they are.
     """
-    now, n1, columns = state.now, model.n1, model.sector.copies
+    now, n1, columns = state.now, model.n1, model.hoop.whole
     rows, done, recorded, dt, outcome = 0, 0, False, 1.0, Outcome.RUNNING
     while outcome == Outcome.RUNNING and done < most and now[History.TIME] < until and rows + 1 < history.shape[0]:
         recorded = state.steps[0] % interval == 0

@@ -46,9 +46,8 @@ def push_row(nodes, force, area, pressure, mean, work, by_column, contact, step,
         nodes.z[a] += length * w
     if any_below(nodes.z, contact.ground, node, columns):
         land_row(nodes, area, pressure, mean, work, by_column, contact.ground, step, mass, node, row, columns)
-    close_nodes(nodes, step.sector, node, columns)
-    turn_row(mean.x, mean.y, step.sector, row, columns)
-    close_row(mean.z, row, columns)
+    close_nodes(nodes, node, columns)
+    close_vectors(mean, row, columns)
 
 
 @kernel
@@ -95,22 +94,14 @@ def lying_area(area, pressure, weight, force):
 
 
 @kernel
-def close_nodes(nodes, sector, node, columns):
+def close_nodes(nodes, node, columns):
     """Close a row of nodes."""
-    turn_row(nodes.x, nodes.y, sector, node, columns)
+    close_row(nodes.x, node, columns)
+    close_row(nodes.y, node, columns)
     close_row(nodes.z, node, columns)
-    turn_row(nodes.u, nodes.v, sector, node, columns)
+    close_row(nodes.u, node, columns)
+    close_row(nodes.v, node, columns)
     close_row(nodes.w, node, columns)
-
-
-@kernel
-def turn_row(x, y, sector, first, columns):
-    """Copy the last column of vectors, turned by a sector backwards, in front of a row and the first one, forwards, behind it."""
-    before, last, behind = first - ONE, first + uint64(columns) - ONE, first + uint64(columns)
-    x[before] = sector.cos * x[last] + sector.sin * y[last]
-    y[before] = sector.cos * y[last] - sector.sin * x[last]
-    x[behind] = sector.cos * x[first] - sector.sin * y[first]
-    y[behind] = sector.cos * y[first] + sector.sin * x[first]
 
 
 @kernel
@@ -121,9 +112,18 @@ def close_row(values, first, columns):
 
 
 @kernel
-def close_edges(edges, sector, edge, columns):
+def close_vectors(rows, row, columns):
+    """Close a row of vectors."""
+    close_row(rows.x, row, columns)
+    close_row(rows.y, row, columns)
+    close_row(rows.z, row, columns)
+
+
+@kernel
+def close_edges(edges, edge, columns):
     """Close a row of edges: their vectors, and what tensions read of them."""
-    turn_row(edges.x, edges.y, sector, edge, columns)
+    close_row(edges.x, edge, columns)
+    close_row(edges.y, edge, columns)
     close_row(edges.z, edge, columns)
     close_row(edges.force, edge, columns)
     close_row(edges.e, edge, columns)

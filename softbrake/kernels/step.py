@@ -18,7 +18,6 @@ from softbrake.kernels.fabric import (
 )
 from softbrake.kernels.folds import cramped, watch_shell, window_of
 from softbrake.kernels.geometry import clear_edges, clear_forces, update_area_vectors, update_edges
-from softbrake.kernels.halves import HELP, LOWER, UPPER, add_lower, first_half, next_half, take_over
 from softbrake.kernels.jit import kernel
 from softbrake.kernels.jumps import add_jump_work, begin_parting, part_cloth
 from softbrake.kernels.ledger import add_belt_work, add_cargo_work, add_cell_work, add_edge_work, add_shear_work, update_top
@@ -26,44 +25,22 @@ from softbrake.kernels.motion import close_edges, hold_row, lift_row, push_cargo
 from softbrake.kernels.pressure import pressure_at, update_damped_pressure
 from softbrake.kernels.rows import lanes
 from softbrake.kernels.timestep import stable_step
-from softbrake.state import PAD, Books, History, Outcome, Peak, Scheme
+from softbrake.state import PAD, History, Outcome, Peak, Scheme
 
 ONE = uint64(1)
 FIRST = uint64(PAD)
 
 
 @kernel
-def sweep_shell(model, state, sweep, halves, parting, helps):
-    """Advance fabric and cargo by the step that has begun. Returns the cover's new height (m).
-
-    halves: those of sweep, given beside it since only of an argument that is None Numba drops the branches for what it is not.
-    parting: whether lobes or folds may meet. helps: sweep the lower half alone, which this thread has taken over.
-    """
-    height, half = 0.0, first_half(state.nodes, halves, model.n1, model.stride, helps)
-    if halves is None:
-        return sweep_rows(model, state, sweep, halves, half, parting)
-    while half <= UPPER:  # not one call a half: each is a copy of the sweep
-        height = sweep_rows(model, state, sweep, halves, half, parting)
-        half = next_half(halves, half, helps)
-    return height
-
-
-@kernel
-def sweep_rows(model, state, sweep, halves, half, parting):
+def sweep_rows(model, state, sweep, parting):
     """Advance fabric and cargo by one step, row by row from the ground up. Returns the cover's new height (m).
 
-    half: LOWER or UPPER, unless halves is None; the cargo goes with the upper one. parting: whether lobes or folds may meet. A
-    sector moves its share of the cargo; state.now has the whole shell's forces.
+    parting: whether lobes or folds may meet.
 
     Row i needs its cells above and below, so the sweep keeps two rows of cells and three of hoop edges. Rows are pushed in
     place as soon as their forces are whole: their old places live on in the edges.
     """
     n1, n2 = model.n1, model.n2
-    start, stop, seam = 0, n1, n1 // 2  # rows of nodes between which this pushes all
-    if halves is not None and half == LOWER:
-        stop = seam
-    if halves is not None and half == UPPER:
-        start = seam - 1
     stride = uint64(model.stride)
     fabric, belts, mass, belt_width = model.fabric, model.belts, model.mass, model.belts.width
     nodes, now, peaks, folds = state.nodes, state.now, state.peaks, state.folds
@@ -71,8 +48,6 @@ def sweep_rows(model, state, sweep, halves, half, parting):
     force, force_above, area = sweep.force, sweep.force_above, sweep.area
     tension_1, tension_2 = sweep.tension_1, sweep.tension_2
     work, by_column, top_1, top_2, top_belt = state.work, sweep.by_column, sweep.top_generatrix, sweep.top_hoop, sweep.top_belt
-    if halves is not None and half == LOWER:
-        work, by_column, top_1, top_2, top_belt = halves.books
     heights, rising = nodes.z, nodes.w
     edge_scheme = model.scheme == Scheme.EDGE
     shear = fabric.g12 > 0.0
@@ -80,40 +55,33 @@ def sweep_rows(model, state, sweep, halves, half, parting):
     damped = model.pressure.damping > 0.0
     pressure, length = now[History.PRESSURE], now[History.TIME_STEP]
     dt = 0.5 * (state.last_step[0] + length)
-    gas_on_cover, on_chords = pressure * model.cover_area, pressure * model.sector.gas
-    gravity, contact, sectors = model.gravity, model.contact, model.sector.copies
-    step = foresee(now, nodes.w[uint64(n1) * stride + FIRST], gravity, model.sector, dt, length)
+    gas_on_cover, on_chords = pressure * model.cover_area, pressure * model.hoop.gas
+    gravity, contact, whole = model.gravity, model.contact, model.hoop.whole
+    step = foresee(now, nodes.w[uint64(n1) * stride + FIRST], gravity, dt, length)
     touching = (contact.cover == 1 or contact.cargo == 1) and step.next_cover > step.gap  # else it is on the ground before that
     on_nodes[:] = on_chords
     height, wrinkled, wrinkled_below = 0.0, False, False
     clear_row(force_above)
     clear_sums(top_1, top_2, top_belt, by_column)
-    hoop = uint64(start % 3) * stride + FIRST
-    old, at = nodes, uint64(start) * stride + FIRST
-    if halves is not None and half == UPPER:
-        old, at = halves.seam, FIRST
-    update_edges(old, h, at, ONE, hoop, n2, fabric.h2)  # (2.6)
-    close_edges(h, model.sector, hoop, n2)
-    clear_edges(h, uint64((start + 2) % 3) * stride + FIRST, n2)  # below the first row
-    clear_edges(g, uint64((start + 1) % 2) * stride + FIRST, n2)
-    for i in range(start, stop + 1):
+    update_edges(nodes, h, FIRST, ONE, FIRST, n2, fabric.h2)  # (2.6)
+    close_edges(h, FIRST, n2)
+    clear_edges(h, uint64(2) * stride + FIRST, n2)  # below the first row
+    clear_edges(g, stride + FIRST, n2)
+    for i in range(n1 + 1):
         node = uint64(i) * stride + FIRST
         row = uint64(i % 2) * stride + FIRST  # of mean velocities, and of the cells and generatrix edges above them
         below = uint64((i + 1) % 2) * stride + FIRST  # of the row below, and of the cells and edges below row i
         hoop = uint64(i % 3) * stride + FIRST
         hoop_above = uint64((i + 1) % 3) * stride + FIRST
         hoop_below = uint64((i + 2) % 3) * stride + FIRST
-        inside = start < i < stop  # else of a cover, or of the other half
+        inside = 0 < i < n1  # else of a cover
         belted = inside and belt_width[i] > 0.0
 
-        if i < stop:
-            old, at = nodes, node
-            if halves is not None and i == seam - 1:  # another thread may have pushed one of rows i and i+1
-                old, at = halves.seam, FIRST
-            update_edges(old, h, at + stride, ONE, hoop_above, n2, fabric.h2)  # (2.6)
-            close_edges(h, model.sector, hoop_above, n2)
-            update_edges(old, g, at, stride, row, n2, fabric.h1)
-            close_edges(g, model.sector, row, n2)
+        if i < n1:
+            update_edges(nodes, h, node + stride, ONE, hoop_above, n2, fabric.h2)  # (2.6)
+            close_edges(h, hoop_above, n2)
+            update_edges(nodes, g, node, stride, row, n2, fabric.h1)
+            close_edges(g, row, n2)
         else:
             clear_edges(h, hoop_above, n2)
             clear_edges(g, row, n2)
@@ -123,7 +91,7 @@ def sweep_rows(model, state, sweep, halves, half, parting):
             update_belt_tension(belts, i, h, g, belt, tension_2, hoop, below, row, n2)  # (2.3)
             update_top(tension_2, top_belt, float(i), n2)
         if edge_scheme:
-            if i < stop:
+            if i < n1:
                 update_generatrix_tension(fabric, g, h, tension_1, row, hoop, hoop_above, n2)  # (2.9)
                 update_top(tension_1, top_1, i + 0.5, n2)
             if inside:
@@ -136,28 +104,28 @@ def sweep_rows(model, state, sweep, halves, half, parting):
             clear_row(force)
         if corners:
             take_row(force, force_above)
-        if i < stop and not edge_scheme:
+        if i < n1 and not edge_scheme:
             update_cell_tension(fabric, g, h, cells, tension_1, tension_2, row, hoop, hoop_above, row, n2)  # (2.9)
             update_top(tension_1, top_1, i + 0.5, n2)
             update_top(tension_2, top_2, i + 0.5, n2)
         wrinkled, wrinkled_below = False, wrinkled
-        if i < stop and shear:
+        if i < n1 and shear:
             wrinkled = update_shear(fabric, g, h, cells, row, hoop, hoop_above, row, n2)
             add_shear_forces(g, h, cells, force, force_above, row, hoop, hoop_above, row, n2)  # (2.2)
         if wrinkled:
             add_diagonal_tension(fabric, g, h, cells, tension_1, tension_2, row, hoop, hoop_above, row, n2, not edge_scheme)
             update_top(tension_1, top_1, i + 0.5, n2)
             update_top(tension_2, top_2, i + 0.5, n2)
-        if i < stop and (wrinkled or not edge_scheme):
+        if i < n1 and (wrinkled or not edge_scheme):
             add_cell_forces(g, h, cells, force, force_above, row, hoop, hoop_above, row, n2)  # (3.2)
         if belted:
             add_belt_forces(belt, h, force, hoop, n2)
-        if damped and (inside or i == 0 or i == n1):
+        if damped:
             update_damped_pressure(model.pressure, on_chords, nodes, area, on_nodes, node, lanes(n2))  # (2.11)
 
         if i == 0:
             tension, gas = vertical_forces(force, area, on_nodes, n2)
-            now[History.GROUND_FORCE] = sectors * (gas_on_cover - gas - tension + n2 * mass[i] * gravity)
+            now[History.GROUND_FORCE] = whole * (gas_on_cover - gas - tension + n2 * mass[i] * gravity)
             for j in range(lanes(n2)):
                 by_column.on_ground[j] -= min(area.z[FIRST + j], 0.0)
             hold_row(mean, row, n2, 0.0)
@@ -167,33 +135,29 @@ def sweep_rows(model, state, sweep, halves, half, parting):
                 rub_row(nodes, force, area, on_nodes, mean, work, by_column, contact, step, mass[i], node, row, n2)
             if touching and any_above(heights, rising, step, node, n2):
                 press_row(nodes, force, area, on_nodes, mean, work, by_column, contact, step, mass[i], node, row, n2)
-        elif i < n1:
-            hold_row(mean, row, n2, 0.0)
         else:
-            if halves is not None:
-                add_lower(Books(work, by_column, top_1, top_2, top_belt), halves, n1, n2)
             if parting:
                 part_cloth(model, nodes, work, by_column, sweep.parting, folds, step, touching)  # (2.5)
             tension, gas = vertical_forces(force, area, on_nodes, n2)
             impulse = total(by_column.on_cargo, n2)
-            now[History.CONTACT_FORCE] = sectors * (impulse / dt)
-            now[History.COVER_FORCE] = sectors * (gas_on_cover + gas + tension + impulse / dt)
+            now[History.CONTACT_FORCE] = whole * (impulse / dt)
+            now[History.COVER_FORCE] = whole * (gas_on_cover + gas + tension + impulse / dt)
             moving = model.cargo_mass + n2 * mass[i]
-            velocity, height = push_cargo(now, nodes.w[node], step, sectors * moving)  # (2.4)
+            velocity, height = push_cargo(now, nodes.w[node], step, whole * moving)  # (2.4)
             hold_row(mean, row, n2, 0.5 * (nodes.w[node] + velocity))
             lift_row(nodes, node, n2, velocity, height)
             add_cargo_work(work, by_column, gas_on_cover + gas, gravity * moving, moving, mean.z[row], velocity, dt)
             work.contact[0] += impulse * mean.z[row]
-            book_forces(now, peaks, top_1, top_2, top_belt, by_column, n2, dt, sectors)
-            now[History.GROUND_AREA] = sectors * (model.cover_area + model.sector.gas * total(by_column.on_ground, n2))
+            book_forces(now, peaks, top_1, top_2, top_belt, by_column, n2, dt, whole)
+            now[History.GROUND_AREA] = whole * (model.cover_area + model.hoop.gas * total(by_column.on_ground, n2))
 
-        if i > start and edge_scheme:
+        if i > 0 and edge_scheme:
             add_edge_work(g, h, mean, work.elastic, work.viscous, below, row, hoop, dt, n2)
         if belted:
             add_belt_work(belt, h, mean, work.belts, work.viscous, row, hoop, dt, n2)
-        if i > start and (wrinkled_below or not edge_scheme):
+        if i > 0 and (wrinkled_below or not edge_scheme):
             add_cell_work(g, h, cells, mean, work.elastic, work.viscous, below, hoop_below, hoop, below, below, row, dt, n2)
-        if i > start and shear:
+        if i > 0 and shear:
             add_shear_work(g, h, cells, mean, work.elastic, below, hoop_below, hoop, below, below, row, dt, n2)
     return height
 
@@ -251,25 +215,25 @@ def book_top(now, peaks, top, columns, column, which):
 
 
 @kernel
-def book_forces(now, peaks, top_1, top_2, top_belt, by_column, columns, dt, sectors):
+def book_forces(now, peaks, top_1, top_2, top_belt, by_column, columns, dt, whole):
     """Write the largest tensions of the step and the ground's impulse on the fabric to now, and raise the peaks."""
     book_top(now, peaks, top_1, columns, History.TENSION_GENERATRIX, Peak.TENSION_GENERATRIX)
     book_top(now, peaks, top_2, columns, History.TENSION_HOOP, Peak.TENSION_HOOP)
     book_top(now, peaks, top_belt, columns, History.TENSION_BELT, Peak.TENSION_BELT)
-    now[History.GROUND_FORCE] += sectors * (total(by_column.impulse, columns) / dt)
+    now[History.GROUND_FORCE] += whole * (total(by_column.impulse, columns) / dt)
 
 
 @kernel
-def book_energies(now, work, by_column, sectors, columns):
-    """Write kinetic energy and works of all sectors at n+1/2 to now, for the row of time n+1."""
-    now[History.KINETIC_ENERGY] = sectors * total(by_column.kinetic, columns)
-    now[History.WORK_PRESSURE] = sectors * total(work.pressure, columns)
-    now[History.WORK_ELASTIC] = sectors * total(work.elastic, columns)
-    now[History.WORK_VISCOUS] = sectors * total(work.viscous, columns)
-    now[History.WORK_BELTS] = sectors * total(work.belts, columns)
-    now[History.WORK_GRAVITY] = sectors * total(work.gravity, columns)
-    now[History.WORK_GROUND] = sectors * total(work.ground, columns)
-    now[History.WORK_CONTACT] = sectors * total(work.contact, columns)
+def book_energies(now, work, by_column, whole, columns):
+    """Write kinetic energy and works of the whole shell at n+1/2 to now, for the row of time n+1."""
+    now[History.KINETIC_ENERGY] = whole * total(by_column.kinetic, columns)
+    now[History.WORK_PRESSURE] = whole * total(work.pressure, columns)
+    now[History.WORK_ELASTIC] = whole * total(work.elastic, columns)
+    now[History.WORK_VISCOUS] = whole * total(work.viscous, columns)
+    now[History.WORK_BELTS] = whole * total(work.belts, columns)
+    now[History.WORK_GRAVITY] = whole * total(work.gravity, columns)
+    now[History.WORK_GROUND] = whole * total(work.ground, columns)
+    now[History.WORK_CONTACT] = whole * total(work.contact, columns)
 
 
 @kernel
@@ -286,31 +250,25 @@ def advance(model, state, sweep, history, interval, most, until):
     """Advance by steps until an event, the time until (s), most steps, or a full history. Returns its rows and the Outcome.
 
     Every interval-th step writes a row of state.now at its time n to history, shape (rows, len(History)), and an event one
-    for its own time. most: HELP in a thread that takes no step, but sweeps lower halves for one that does, until there will be
-    none; rows are then the number of those halves.
+    for its own time.
     """
-    now, work, by_column, helps = state.now, state.work, sweep.by_column, most == HELP
+    now, work, by_column = state.now, state.work, sweep.by_column
     rows = 0
     done = 0
-    length, dt, parting = 0.0, 0.0, False
-    while take_over(sweep.halves) if helps else done < most and now[History.TIME] < until and rows + 1 < history.shape[0]:
-        if not helps:
-            if state.steps[0] >= state.choice[0]:
-                choose_step(state, stable_step(model, state.nodes, sweep))  # (3.3)
-                state.stable_step[0] = min(state.stable_step[0], fold_step(model, state, by_column) / model.courant)
-            length, dt = begin_step(model, state)
-            parting = begin_parting(model, state, sweep.parting)
-            now[History.PRESSURE] = pressure_at(model.pressure, now[History.TIME])  # (2.10)
-        height = sweep_shell(model, state, sweep, sweep.halves, parting, helps)
-        if helps:
-            rows += 1
-            continue
+    while done < most and now[History.TIME] < until and rows + 1 < history.shape[0]:
+        if state.steps[0] >= state.choice[0]:
+            choose_step(state, stable_step(model, state.nodes, sweep))  # (3.3)
+            state.stable_step[0] = min(state.stable_step[0], fold_step(model, state, by_column) / model.courant)
+        length, dt = begin_step(model, state)
+        parting = begin_parting(model, state, sweep.parting)
+        now[History.PRESSURE] = pressure_at(model.pressure, now[History.TIME])  # (2.10)
+        height = sweep_rows(model, state, sweep, parting)
         if parting:
             add_jump_work(model, state, sweep, dt, length)
         if state.steps[0] % interval == 0:
             record(history, rows, now)
             rows += 1
-        book_energies(now, work, by_column, model.sector.copies, model.n2)
+        book_energies(now, work, by_column, model.hoop.whole, model.n2)
         outcome = end_step(model, state, length, height)
         done += 1
         if outcome != Outcome.RUNNING:

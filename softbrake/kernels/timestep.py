@@ -182,7 +182,7 @@ def rate_of(model, by_row, i, square, damping, around):
     fabric, pressure = model.fabric, model.pressure
     length_1 = fabric.h1 * (1.0 + max(by_row.e1[i - ONE], by_row.e1[i]))
     length_2 = fabric.h2 * (1.0 + by_row.e2[i])
-    push = pressure.most * model.sector.gas * model.per_mass[i]
+    push = pressure.most * model.hoop.gas * model.per_mass[i]
     square += push * (around * length_1 + length_2)
     damping += 2.0 * pressure.damping * push * length_1 * length_2
     return 0.5 * (damping + sqrt(damping * damping + 4.0 * square))
