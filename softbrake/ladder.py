@@ -29,6 +29,7 @@ BUDGET = 60.0  # CPU s
 CELLS = (9.0, 10.8, 13.0, 15.6, 18.7)  # in a radius, of the first axisymmetric grids; 1.2 times as many from one to the next
 FINER = 1.2
 NEIGHBOURS = 5  # grids behind an error
+TWICE = 2.0  # times as fine is the grid that has to agree with them
 COARSE, SCREEN, FINE = 9.0, 12.0, 18.0  # cells in a radius of full shells
 OTHERS = 2.0  # times the largest of a few distances, for those of grids and disturbances that were not computed
 ENOUGH, MEMBERS = 6, 8  # of an ensemble on one grid, least to stop at and most
@@ -265,7 +266,7 @@ class _Climber:
 
     def at(self, fidelity: Fidelity, cells: float) -> Case:
         """The case at a level, so many cells in a radius."""
-        n1 = max(math.ceil(cells * self.case.shell.height / self.radius), 8, self.least)
+        n1 = max(math.ceil(cells * self.case.shell.height / self.radius - 1e-9), 8, self.least)
         return level(self.case, fidelity, n1, 8 * math.ceil(2.0 * math.pi * cells / 8.0))
 
     def run(self, case: Case, seed: int = 0) -> _Run:
@@ -332,29 +333,50 @@ class _Climber:
         return replace(found, error=math.inf, reason=f"{found.reason}; {doubt}") if doubt else found
 
     def axisymmetric(self) -> _Found | None:
-        """Refine until grids beside one another agree to a part of the allowed error; None where all diverge."""
+        """Refine until grids beside one another, and one twice as fine, agree to a part of the allowed error; None if all diverge.
+
+        Neighbours alone may agree on their way to another limit.
+        """
         runs: list[_Run] = []
-        found, cells, last = None, list(CELLS), 0.0
-        while len(runs) < NEIGHBOURS or (found is not None and not self.within(found, PART)):
+        found, cells = None, list(CELLS)
+        while True:
             if not cells:
                 cells.append(FINER * runs[-1].cells * self.radius / self.case.shell.height)
-            case = self.at("axisymmetric", cells.pop(0))
-            if COSTLIER["axisymmetric"] * last > 0.25 * self.left():
-                break
-            try:
-                runs.append(self.run(case))
-            except Diverged as diverged:
-                self.lost(case, diverged)
+            run = self.round(cells.pop(0), COSTLIER["axisymmetric"] * runs[-1].seconds if runs else 0.0)
+            if run is None:
+                if not self.diverged or not cells or self.left() <= 0.0:
+                    return found
                 runs.clear()
-                if not cells or self.left() <= 0.0:
-                    break
                 continue
-            last = runs[-1].seconds
-            found = self.best = self.settled(runs[-NEIGHBOURS:])
-            if len(runs) >= NEIGHBOURS:
-                speed, error = speed_range(found.energy, found.error)
-                verdict = "grids beside it agree" if self.within(found, PART) else "grids beside it do not agree yet"
-                self.book(case, speed, error, last, verdict)
+            runs.append(run)
+            found = self.agreed(runs[-NEIGHBOURS:])
+            if len(runs) < NEIGHBOURS or not self.within(found, PART):
+                continue
+            beyond = self.round(TWICE * run.cells * self.radius / self.case.shell.height, TWICE**3 * run.seconds)
+            if beyond is None:
+                return replace(found, error=math.inf, reason=f"{found.reason}; a finer one diverges") if self.diverged else found
+            found = self.agreed([*runs[-NEIGHBOURS:], beyond])
+            if self.within(found, PART):
+                return found
+
+    def round(self, cells: float, price: float) -> _Run | None:
+        """Run the axisymmetric shell; None where it diverges, or its price (CPU s) is more than a quarter of what is left."""
+        case, self.diverged = self.at("axisymmetric", cells), None
+        if price > 0.25 * max(self.left(), 0.0):
+            return None
+        try:
+            return self.run(case)
+        except Diverged as diverged:
+            self.lost(case, diverged)
+            return None
+
+    def agreed(self, runs: Sequence[_Run]) -> _Found:
+        """The answer of grids beside one another, booked."""
+        found = self.best = self.settled(runs)
+        if len(runs) >= NEIGHBOURS:
+            speed, error = speed_range(found.energy, found.error)
+            verdict = "grids beside it agree" if self.within(found, PART) else "grids beside it do not agree yet"
+            self.book(runs[-1].case, speed, error, runs[-1].seconds, verdict)
         return found
 
     def settled(self, runs: Sequence[_Run]) -> _Found:
