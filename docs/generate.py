@@ -1,6 +1,6 @@
 """A hook of MkDocs: makes the reference pages of keys, commands, answer, history and Python API from the code they describe.
 
-`mkdocs build` calls `on_files`; nothing is written into docs/. What stands in a page comes from `softbrake.keys`, the command line
+`mkdocs build` calls `on_files`; nothing is written into docs/. Contents come from the table of keys, the command line
 and the comments beside fields of `Summary` and members of `History`.
 """
 
@@ -22,7 +22,8 @@ import softbrake
 from softbrake import keys, state, summary
 from softbrake.cli import app
 
-ANSWER = ("Summary", "Peak", "FilteredPeaks", "Work", "ModelUsed", "Rung", "Ensemble", "Sensitivities", "Sensitivity", "Inflation")
+ANSWER = ("Summary", "Peak", "FilteredPeaks", "Work", "ModelUsed", "Rung", "Ensemble")
+ANSWER += ("Sensitivities", "Sensitivity", "Inflation")
 API_NOTE = (
     "The package exports these names. Importing it loads no kernel; the first use of a name loads its module. "
     "The fields of `Summary` stand on the page [Answer and history](answer.md).\n"
@@ -56,10 +57,7 @@ def allowed(key: keys.Key) -> str:
     """Unit and bounds of a key, or its words."""
     if isinstance(key.kind, tuple):
         return ", ".join(code(word) for word in key.kind)
-    if isinstance(key.kind, type):
-        kind = {int: "integer", str: "text"}[key.kind]
-    else:
-        kind = code(key.kind.unit) or "ratio"
+    kind = {int: "integer", str: "text"}[key.kind] if isinstance(key.kind, type) else code(key.kind.unit) or "ratio"
     limits = [(">", key.above), ("≥", key.least), ("≤", key.most)]
     bounds = [f"{sign} {bound:g}" for sign, bound in limits if bound is not None]
     return ", ".join(["list of " * key.many + kind, *bounds, *(["or `auto`"] if key.auto else [])])
@@ -111,11 +109,20 @@ def keys_page() -> str:
             parts += [f"### law: {law}\n\n{keys_table(own)}" for law, own in keys.PRESSURE.items()]
         elif name == "belts":
             parts.append(f"## belts\n\nBelts at uniform spacing, or a list of belts.{optional} {alternatives(name)}")
-            parts += ["### at uniform spacing\n", keys_table(keys.BELTS), "### each belt of a list\n", keys_table(keys.LISTED_BELT)]
+            parts += [
+                "### at uniform spacing\n",
+                keys_table(keys.BELTS),
+                "### each belt of a list\n",
+                keys_table(keys.LISTED_BELT),
+            ]
         else:
             said = f"{optional.strip()} {alternatives(name)}".strip()
             parts.append("\n\n".join(part for part in (f"## {name}", said, keys_table(some)) if part))
-    parts += ["## sweep\n", "`softbrake sweep` reads this section: `vary`, a mapping of keys to values, and\n", keys_table(keys.SWEEP)]
+    parts += [
+        "## sweep\n",
+        "`softbrake sweep` reads this section: `vary`, a mapping of keys to values, and\n",
+        keys_table(keys.SWEEP),
+    ]
     return "\n".join(parts)
 
 
@@ -195,7 +202,7 @@ def answer_page() -> str:
             f"{inspect.getdoc(history)} The result file holds them as `/history`.\n",
             table(("column", "unit", "meaning"), rows),
             "## Fields of the answer\n",
-            "`softbrake run CASE --json` prints them, `softbrake.run` returns them, and the result file keeps them as `summary`.\n",
+            "`softbrake run CASE --json` prints them, `softbrake.run` returns them, the result file keeps them as `summary`.\n",
             *(fields(name) for name in ANSWER),
         ]
     )
