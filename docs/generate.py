@@ -39,10 +39,16 @@ def on_files(files: Files, config: MkDocsConfig) -> Files:
 
 
 def table(header: Iterable[str], rows: Iterable[Iterable[object]]) -> str:
-    """A table in Markdown; bars within cells are escaped."""
+    """A table in Markdown."""
     head = list(header)
-    lines = [head, ["---"] * len(head), *([str(cell).replace("|", "\\|").replace("\n", " ") for cell in row] for row in rows)]
+    lines = [head, ["---"] * len(head), *([escaped(str(cell)) for cell in row] for row in rows)]
     return "\n".join(f"| {' | '.join(line)} |" for line in lines) + "\n"
+
+
+def escaped(cell: str) -> str:
+    """A cell with its bars escaped, but for those in code."""
+    parts = cell.replace("\n", " ").split("`")
+    return "`".join(part if k % 2 else part.replace("|", "\\|") for k, part in enumerate(parts))
 
 
 def code(text: object) -> str:
