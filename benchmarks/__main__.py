@@ -3,7 +3,8 @@
 Rates stand beside those of benchmarks/baseline.json (an older --json) as ratios to the calibration loop run next to them. With
 --short a rate that fell by more than a third in each of three attempts ends in exit code 1; on another kind of processor than the
 baseline's one that fell by more than half, since no loop tells all of a processor.
---yardstick builds and runs the C step of a folder (bench.c, kernel.h) next to the kernel. docs/performance.md holds the tables.
+--yardstick builds and runs the C step of a folder (bench.c, kernel.h) next to the kernel. The tables stand in
+docs/validation/performance.md.
 """
 
 import argparse

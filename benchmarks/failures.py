@@ -1,4 +1,4 @@
-"""Where methods fail, on purpose: the curves of docs/stability.md. `python -m benchmarks.failures PICTURE`.
+"""Where methods fail, on purpose: the curves of docs/validation/stability.md. `python -m benchmarks.failures PICTURE`.
 
 Each function makes one failure happen on a small shell and returns what tests/test_failures.py asserts and the picture shows.
 """

@@ -1,4 +1,4 @@
-"""The tables of docs/reproduction.md: the paper's rows beside ours, and what each choice it leaves open does to them.
+"""The tables of docs/validation/reproduction.md: the paper's rows beside ours, and what each choice it leaves open does to them.
 
 python -m benchmarks.reproduction        half a minute to two minutes
 """

@@ -1,4 +1,4 @@
-"""What docs/stability.md says in numbers: `python -m benchmarks.stability drops [count] [first]`, `wide`, `maps`, `slack`.
+"""Tables of docs/validation/stability.md: `python -m benchmarks.stability drops [count] [first]`, `wide`, `maps`, `slack`.
 
 - drops: a thousand random drops with the automatic step; those that diverge, the largest residual and gains of energy;
 - wide: the same with nothing left out;
@@ -9,8 +9,9 @@ Ranges of the drops are wide but physical: see `random_case`. They were narrowed
 
 - fabric too soft for its pressure, p R > 0.2 E' with E' that of the hoop without belts: a ring that is inflated at once then
   stretches by half and more, and bursts (the paper's has p R = 0.18 E');
-- tensions without a potential, which gain energy where fabric gets slack and taut again whatever the step (docs/stability.md),
-  where viscosity does not take it: with a damping ratio of the shortest wave below 0.3 there are tension fields only.
+- tensions without a potential, which gain energy where fabric gets slack and taut again whatever the step
+  (docs/explanation/stability.md), where viscosity does not take it: with a damping ratio of the shortest wave below 0.3 there are
+  tension fields only.
 """
 
 from __future__ import annotations

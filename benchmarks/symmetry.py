@@ -1,6 +1,6 @@
-"""How fast a full shell loses its symmetry, and what that does to the answer: tables and picture of docs/fidelity.md.
+"""How fast a full shell loses its symmetry, and what that does to the answer: tables and picture of docs/validation/roundness.md.
 
-python -m benchmarks.symmetry        writes docs/symmetry.png, a minute and a half
+python -m benchmarks.symmetry        writes docs/images/symmetry.png, a minute and a half
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ from softbrake.drop import Drop
 from softbrake.ladder import level, speed_of
 from softbrake.state import Floats, History, Outcome
 
-PICTURE = Path(__file__).resolve().parents[1] / "docs" / "symmetry.png"
+PICTURE = Path(__file__).resolve().parents[1] / "docs" / "images" / "symmetry.png"
 CELLS = 36  # along the generatrix, and half of those around the hoop
 TINY = 1e-12  # of the radius
 SEWN = 1e-3

@@ -635,7 +635,7 @@ def _show_sweep(plan: Plan, records: dict[str, Any], folder: Path, json: bool) -
     typer.echo(f"{written} in {folder}", err=json)
     if doubtful := sweep_results.doubtful(table):
         what = "energy came from nowhere, peaks and velocity are doubtful"
-        typer.echo(f"{len(doubtful)} of {len(table)} runs: {what}; see column doubt, docs/stability.md", err=True)
+        typer.echo(f"{len(doubtful)} of {len(table)} runs: {what}; see column doubt, docs/explanation/stability.md", err=True)
     if sweep_results.failures(table) or doubtful:
         raise typer.Exit(FAILED)
 
@@ -796,7 +796,7 @@ def _check_sound(case: Case, summary: Summary) -> None:
 
     faults = []
     if summary.doubt is not None and summary.outcome != "diverged":
-        faults.append(f"{summary.doubt}; try fabric.law=tension_field, or a smaller time.courant; docs/stability.md")
+        faults.append(f"{summary.doubt}; try fabric.law=tension_field, or a smaller time.courant; docs/explanation/stability.md")
     if not reached(case, summary):
         faults.append(f"the tolerance of {case.tolerance:.3g} was not reached: {summary.fidelity_reason}")
     if faults:

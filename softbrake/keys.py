@@ -123,7 +123,7 @@ PRESSURE = {
 }
 LAW = Key("law", tuple(PRESSURE), "over time; sine is (2.10)", "constant", required=True)
 
-# Courant coefficient by the damping ratio of the shortest wave; of drops at most 2 % gain energy (docs/stability.md):
+# Courant coefficient by the damping ratio of the shortest wave; of drops at most 2 % gain energy (docs/validation/stability.md):
 # the bound is that of a taut shell; fabric that gets slack and taut again feeds waves near it, unless viscosity eats them.
 AUTO_COURANT = ((0.03, 0.95), (0.01, 0.75), (0.003, 0.6), (0.0, 0.35))
 

@@ -333,7 +333,7 @@ class _Climber:
         return replace(found, error=math.inf, reason=f"{found.reason}; {doubt}") if doubt else found
 
     def axisymmetric(self) -> _Found | None:
-        """Refine until grids beside one another, and one twice as fine, agree to a part of the allowed error; None if all diverge.
+        """Refine until grids beside one another, and one twice as fine, agree to a part of the error; None if all diverge.
 
         Neighbours alone may agree on their way to another limit.
         """

@@ -1,4 +1,4 @@
-"""The documents say what is there: docs/equations.md against the code and its tests, commands against the command line."""
+"""The documents say what is there: the equations against the code and its tests, commands against the command line."""
 
 import ast
 import re
@@ -12,7 +12,8 @@ from conftest import Command
 from softbrake.cli import app
 
 ROOT = Path(__file__).resolve().parents[1]
-DOCUMENTS = sorted([*ROOT.glob("*.md"), *ROOT.glob("docs/*.md")])
+DOCUMENTS = sorted([*ROOT.glob("*.md"), *ROOT.glob("docs/**/*.md")])
+EQUATIONS = ROOT / "docs" / "explanation" / "equations.md"
 NUMBERS = [f"({chapter}.{k})" for chapter, count in ((2, 11), (3, 4)) for k in range(1, count + 1)]
 KERNELS = sorted(path.relative_to(ROOT).as_posix() for path in (ROOT / "softbrake" / "kernels").glob("*.py"))
 NOWHERE = "–"  # opens the cell of an equation without a home or a test
@@ -30,7 +31,7 @@ class Row(NamedTuple):
 
 def equations() -> list[Row]:
     """The rows of the table of equations."""
-    text = (ROOT / "docs" / "equations.md").read_text(encoding="utf-8")
+    text = EQUATIONS.read_text(encoding="utf-8")
     table = text.split("| number | meaning |", 1)[1].split("\n\n", 1)[0].splitlines()[2:]
     return [Row(*(cell.strip() for cell in line.strip().strip("|").split("|"))) for line in table]
 
@@ -49,7 +50,7 @@ def functions_named(cell: str) -> list[tuple[str, str]]:
 @cache
 def tree(path: str) -> ast.Module:
     """A parsed source file of the project; fails the test where there is none."""
-    assert (ROOT / path).is_file(), f"docs/equations.md: no file {path!r}"
+    assert (ROOT / path).is_file(), f"{EQUATIONS.name}: no file {path!r}"
     return ast.parse((ROOT / path).read_text(encoding="utf-8"))
 
 
@@ -102,7 +103,7 @@ def test_row_names_what_exists(row: Row) -> None:
 
 
 def test_tests_in_the_text_exist() -> None:
-    text = (ROOT / "docs" / "equations.md").read_text(encoding="utf-8")
+    text = EQUATIONS.read_text(encoding="utf-8")
     there = {name for path in ROOT.glob("tests/test_*.py") for name in functions(path.relative_to(ROOT).as_posix())}
     named = set(re.findall(r"`(test_\w+)`", text))
     assert named
@@ -134,7 +135,7 @@ def commands(document: Path) -> list[str]:
     return [line for line in lines if re.match(r"[^'\"(]*\bsoftbrake [a-z-]", line) and not line.startswith("from ")]
 
 
-@pytest.mark.parametrize("document", DOCUMENTS, ids=lambda path: path.name)
+@pytest.mark.parametrize("document", DOCUMENTS, ids=lambda path: path.relative_to(ROOT).as_posix())
 def test_commands_exist(document: Path) -> None:
     known = {command.name or command.callback.__name__ for command in app.registered_commands if command.callback}
     for line in commands(document):
@@ -144,10 +145,10 @@ def test_commands_exist(document: Path) -> None:
             assert (ROOT / path).is_file(), f"no file {path}: {line}"
 
 
-TUTORIAL = ROOT / "docs" / "tutorial.md"
+TUTORIAL = ROOT / "docs" / "tutorial" / "index.md"
 CHANGING = re.compile(
     r"^(lumped|full|axisymmetric) |^level|^ {40}|^standard error|^off straight lines"
-)  # hold seconds, or hang on round-off
+)  # hold seconds, or depend on round-off
 
 
 def quoted() -> dict[str, list[str]]:
@@ -170,6 +171,15 @@ def test_tutorial_quotes_what_the_commands_print(arguments: str, softbrake: Comm
     printed = [" ".join(line.split()) for line in done.stdout.splitlines()]
     missing = [line for line in quoted()[arguments] if line not in printed]
     assert not missing
+
+
+def test_tables_are_included_and_say_how_they_are_made() -> None:
+    tables = sorted((ROOT / "docs" / "validation" / "tables").glob("*.md"))
+    texts = [document.read_text(encoding="utf-8") for document in DOCUMENTS]
+    included = {name for text in texts for name in re.findall(r'^--8<-- "(\S+)"$', text, re.MULTILINE)}
+    assert included == {table.name for table in tables}
+    for table in tables:
+        assert re.match(r"Made by|Asserted by|Measured|Read from", table.read_text(encoding="utf-8").splitlines()[-1]), table.name
 
 
 def test_tutorial_shows_the_shipped_case() -> None:

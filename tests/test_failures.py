@@ -1,4 +1,4 @@
-"""Failures on purpose, docs/stability.md: each happens where it should, and does not where softbrake has an answer to it."""
+"""Failures on purpose: each happens where it should, and does not where softbrake has an answer to it."""
 
 from math import sqrt
 

@@ -1,0 +1,238 @@
+"""A hook of MkDocs: makes the reference pages of keys, commands, answer, history and Python API from the code they describe.
+
+`mkdocs build` calls `on_files`; nothing is written into docs/. Contents come from the table of keys, the command line
+and the comments beside fields of `Summary` and members of `History`.
+"""
+
+from __future__ import annotations
+
+import ast
+import inspect
+import io
+import tokenize
+from collections.abc import Iterable
+from enum import IntEnum
+from typing import Any
+
+import typer
+from mkdocs.config.defaults import MkDocsConfig
+from mkdocs.structure.files import File, Files
+
+import softbrake
+from softbrake import keys, state, summary
+from softbrake.cli import app
+
+ANSWER = ("Summary", "Peak", "FilteredPeaks", "Work", "ModelUsed", "Rung", "Ensemble")
+ANSWER += ("Sensitivities", "Sensitivity", "Inflation")
+API_NOTE = (
+    "The package exports these names. Importing it loads no kernel; the first use of a name loads its module. "
+    "The fields of `Summary` stand on the page [Answer and history](answer.md).\n"
+)
+
+
+def on_files(files: Files, config: MkDocsConfig) -> Files:
+    """Add the generated pages to the site."""
+    pages = {"keys": keys_page, "commands": commands_page, "answer": answer_page, "python": python_page}
+    for name, page in pages.items():
+        files.append(File.generated(config, f"reference/{name}.md", content=page()))
+    return files
+
+
+def table(header: Iterable[str], rows: Iterable[Iterable[object]]) -> str:
+    """A table in Markdown."""
+    head = list(header)
+    lines = [head, ["---"] * len(head), *([escaped(str(cell)) for cell in row] for row in rows)]
+    return "\n".join(f"| {' | '.join(line)} |" for line in lines) + "\n"
+
+
+def escaped(cell: str) -> str:
+    """A cell with its bars escaped, but for those in code."""
+    parts = cell.replace("\n", " ").split("`")
+    return "`".join(part if k % 2 else part.replace("|", "\\|") for k, part in enumerate(parts))
+
+
+def code(text: object) -> str:
+    """Text as code, nothing for no text."""
+    return f"`{text}`" if text not in (None, "") else ""
+
+
+# Keys of the case file
+
+
+def allowed(key: keys.Key) -> str:
+    """Unit and bounds of a key, or its words."""
+    if isinstance(key.kind, tuple):
+        return ", ".join(code(word) for word in key.kind)
+    kind = {int: "integer", str: "text"}[key.kind] if isinstance(key.kind, type) else code(key.kind.unit) or "ratio"
+    limits = [(">", key.above), ("≥", key.least), ("≤", key.most)]
+    bounds = [f"{sign} {bound:g}" for sign, bound in limits if bound is not None]
+    return ", ".join(["list of " * key.many + kind, *bounds, *(["or `auto`"] if key.auto else [])])
+
+
+def default(key: keys.Key) -> str:
+    """What holds where the key is left out."""
+    if key.required:
+        return "required"
+    if key.default is not None:
+        return code(f"{key.default:.7g}" if isinstance(key.default, float) else key.default)
+    return key.computed or "none"
+
+
+def keys_table(some: Iterable[keys.Key]) -> str:
+    """A row for each key."""
+    rows = [(code(key.name), key.meaning, allowed(key), default(key), code(key.example)) for key in some]
+    return table(("key", "meaning", "unit or values", "default", "example"), rows)
+
+
+def alternatives(section: str) -> str:
+    """In words, which keys of a section exclude one another."""
+    said = []
+    for groups in keys.ALTERNATIVES.get(section, ()):
+        choices = [" and ".join(code(name) for name in group) for group in groups]
+        said.append(f"Exactly one is required: {', or '.join(choices)}.")
+    return "\n".join(said) + "\n" if said else ""
+
+
+def keys_page() -> str:
+    """Every section and key of a case file."""
+    parts = [
+        "# Keys of a case file\n",
+        "A case file is YAML. A value is a number with a unit, such as `20 kN/m`; a bare number is in the SI unit of the table. "
+        "Units: " + ", ".join(code(unit) for unit in _units()) + ". They are joined by `*`, `/`, `^` or a space.\n",
+        "`softbrake init` writes a file with every key. `softbrake check CASE` lists all faults by line and column. "
+        "`--set SECTION.KEY=VALUE` replaces one value.\n",
+        "## Top level\n",
+        keys_table(keys.TOP),
+        "## contact\n",
+        "What stops the fabric: one of these words, one part, or a list of parts. The default is `full`.\n",
+        table(("word", "parts"), [(code(w), ", ".join(map(code, parts))) for w, parts in keys.CONTACT_SETS.items()]),
+        "Parts: " + ", ".join(code(part) for part in keys.CONTACT) + ".\n",
+    ]
+    for name, some in keys.SECTIONS.items():
+        optional = " This section may be left out." if name in keys.OPTIONAL_SECTIONS else ""
+        if name == "pressure":
+            parts.append(f"## {name}\n\n{keys_table([keys.LAW])}\nThe other keys depend on the law.\n")
+            parts += [f"### law: {law}\n\n{keys_table(own)}" for law, own in keys.PRESSURE.items()]
+        elif name == "belts":
+            parts.append(f"## belts\n\nBelts at uniform spacing, or a list of belts.{optional} {alternatives(name)}")
+            parts += [
+                "### at uniform spacing\n",
+                keys_table(keys.BELTS),
+                "### each belt of a list\n",
+                keys_table(keys.LISTED_BELT),
+            ]
+        else:
+            said = f"{optional.strip()} {alternatives(name)}".strip()
+            parts.append("\n\n".join(part for part in (f"## {name}", said, keys_table(some)) if part))
+    parts += [
+        "## sweep\n",
+        "`softbrake sweep` reads this section: `vary`, a mapping of keys to values, and\n",
+        keys_table(keys.SWEEP),
+    ]
+    return "\n".join(parts)
+
+
+def _units() -> Iterable[str]:
+    from softbrake.units import UNITS
+
+    return UNITS
+
+
+# Commands
+
+
+def commands_page() -> str:
+    """Every command with its arguments and options."""
+    parts = [
+        "# Commands\n",
+        "Exit codes: 0 done; 1 the computation failed, missed its tolerance, or has a doubtful answer; 2 bad input or usage; "
+        "130 interrupted.\n",
+        "`softbrake --version` prints the version, `softbrake COMMAND --help` the options of a command.\n",
+    ]
+    group: Any = typer.main.get_command(app)
+    for name, command in group.commands.items():
+        arguments = [option for option in command.params if not option.opts[0].startswith("-")]
+        options = [option for option in command.params if option.opts[0].startswith("-")]
+        usage = " ".join(["softbrake", name, *(f"[{a.metavar}]" if not a.required else str(a.metavar) for a in arguments)])
+        parts.append(f"## {name}\n\n{command.help}\n\n    {usage}{' [OPTIONS]' if options else ''}\n")
+        rows = [(code(a.metavar), a.help or "", shown(a.default)) for a in arguments]
+        rows += [(code(" ".join([", ".join(o.opts), o.metavar or ""]).strip()), o.help or "", shown(o.default)) for o in options]
+        if rows:
+            parts.append(table(("argument or option", "meaning", "default"), rows))
+    return "\n".join(parts)
+
+
+def shown(value: object) -> str:
+    """A default as the user would type it."""
+    return "" if value is None or isinstance(value, bool) else code(value)
+
+
+# Answer and history
+
+
+def comments(kind: type) -> dict[str, tuple[str, str]]:
+    """Type and comment of each field of a class, as its source has them."""
+    source = inspect.getsource(kind)
+    tokens = tokenize.generate_tokens(io.StringIO(source).readline)
+    beside = {token.start[0]: token.string.lstrip("# ") for token in tokens if token.type == tokenize.COMMENT}
+    found: dict[str, tuple[str, str]] = {}
+    (declared,) = ast.parse(source).body
+    assert isinstance(declared, ast.ClassDef)
+    for line in declared.body:
+        target = line.target if isinstance(line, ast.AnnAssign) else line.targets[0] if isinstance(line, ast.Assign) else None
+        if isinstance(target, ast.Name):
+            kind_of = ast.unparse(line.annotation) if isinstance(line, ast.AnnAssign) else ""
+            found[target.id] = (kind_of, beside.get(line.end_lineno or 0, ""))
+    return found
+
+
+def fields(name: str) -> str:
+    """A section for one dataclass of the answer."""
+    kind = getattr(summary, name)
+    rows = [(code(field), code(type_), comment) for field, (type_, comment) in comments(kind).items()]
+    return f"### {name}\n\n{inspect.getdoc(kind)}\n\n{table(('field', 'type', 'unit and meaning'), rows)}"
+
+
+def answer_page() -> str:
+    """Fields of the answer, columns of the history."""
+    history: type[IntEnum] = state.History
+    rows = []
+    for name, (_, comment) in comments(history).items():
+        unit = state.UNITS[history[name]]
+        meaning = comment.removeprefix(unit).lstrip(", ")
+        rows.append((code(name.lower()), code(unit), meaning))
+    return "\n".join(
+        [
+            "# Answer and history\n",
+            "## Columns of the history\n",
+            f"{inspect.getdoc(history)} The result file holds them as `/history`.\n",
+            table(("column", "unit", "meaning"), rows),
+            "## Fields of the answer\n",
+            "`softbrake run CASE --json` prints them, `softbrake.run` returns them, the result file keeps them as `summary`.\n",
+            *(fields(name) for name in ANSWER),
+        ]
+    )
+
+
+# Python
+
+
+def python_page() -> str:
+    """What the package exports, for mkdocstrings to fill in."""
+    names = [name for name in softbrake.__all__ if not name.startswith("__")]
+    names.sort(key=lambda name: (name[0].isupper(), name))  # functions before classes
+    return "\n".join(
+        [
+            "# Python\n",
+            API_NOTE,
+            "```python\nimport softbrake\n",
+            'case = softbrake.load_case("configs/paper.yaml", ["fabric.E=18.75kN/m"])',
+            "summary = softbrake.run(case)\nprint(summary.impact_velocity, summary.peak_tension_hoop)\n```\n",
+            *(f"::: softbrake.{name}\n" for name in names),
+        ]
+    )
+
+
+if __name__ == "__main__":  # to look at the pages without the site
+    for make in (keys_page, commands_page, answer_page, python_page):
+        print(make())
