@@ -32,13 +32,14 @@ from rich.table import Table
 import softbrake
 from benchmarks.batch import batch_rate
 from benchmarks.calibration import Calibration
-from softbrake.build import build_sweep
-from softbrake.case import Case, load_case
-from softbrake.drop import Diverged, Drop
-from softbrake.kernels.course import STEPS_PER_STEP_CHOICE
-from softbrake.kernels.timestep import stable_step
-from softbrake.results import read_summary
-from softbrake.state import Floats, History, Outcome, State
+from softbrake.case.case import Case, load_case
+from softbrake.core.arrays import Floats, Outcome, State
+from softbrake.core.columns import History
+from softbrake.core.loop.step_size import stable_step
+from softbrake.core.loop.time_loop import STEPS_PER_STEP_CHOICE
+from softbrake.sim.build import build_sweep
+from softbrake.sim.result_file import read_summary
+from softbrake.sim.simulation import Diverged, Drop
 
 BASELINE = Path(__file__).with_name("baseline.json")
 FALLEN = 1.5  # times the time per node and step of the baseline: a rate fallen by a third

@@ -4,8 +4,8 @@ from pathlib import Path
 from time import perf_counter, process_time
 from typing import Any
 
-from softbrake.batch import cores, run_batch
-from softbrake.case import load_case
+from softbrake.case.case import load_case
+from softbrake.studies.batch import cores, run_batch
 
 PAPER = Path(__file__).resolve().parents[1] / "configs" / "paper.yaml"
 

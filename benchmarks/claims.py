@@ -18,11 +18,12 @@ from pathlib import Path
 from typing import Any
 
 from benchmarks.scenes import scene
-from softbrake import drop
-from softbrake.case import Case, level, parse_case
-from softbrake.drop import Diverged, Drop, cores
-from softbrake.ladder import LEAST_SPEED, OUT_OF_ROUND, allowed, climb, speed_of
-from softbrake.state import History, Outcome
+from softbrake.case.case import Case, level, parse_case
+from softbrake.core.arrays import Outcome
+from softbrake.core.columns import History
+from softbrake.sim import simulation as drop
+from softbrake.sim.simulation import Diverged, Drop, cores
+from softbrake.studies.error_control import LEAST_SPEED, OUT_OF_ROUND, allowed, climb, speed_of
 
 REFERENCES = Path(__file__).with_name("claims.json")
 FINE = 18.0  # cells in a radius

@@ -15,11 +15,12 @@ from tempfile import TemporaryDirectory
 
 import softbrake
 from benchmarks.reproduction import CONFIGS, table
-from softbrake.convergence import estimate
-from softbrake.drop import Drop
-from softbrake.plot import draw_drop
-from softbrake.state import History, Outcome
-from softbrake.summary import Summary
+from softbrake.core.arrays import Outcome
+from softbrake.core.columns import History
+from softbrake.report.plots.drop import draw_drop
+from softbrake.sim.simulation import Drop
+from softbrake.sim.summary import Summary
+from softbrake.studies.convergence import estimate
 
 SCENES = (
     ("no belts", ("belts.count=0",)),

@@ -13,14 +13,15 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from softbrake.build import grid_view, initial_energy, meridian_view
-from softbrake.case import load_case
-from softbrake.drop import Drop
-from softbrake.kernels.motion import close_nodes
-from softbrake.kernels.pressure import pressure_at
-from softbrake.kernels.timestep import stable_step
-from softbrake.relax import Held
-from softbrake.state import PAD, History, Outcome
+from softbrake.case.case import load_case
+from softbrake.core.arrays import PAD, Outcome
+from softbrake.core.columns import History
+from softbrake.core.lanes import close_nodes
+from softbrake.core.loop.step_size import stable_step
+from softbrake.core.pressure import pressure_at
+from softbrake.sim.build import grid_view, initial_energy, meridian_view
+from softbrake.sim.relax import Held
+from softbrake.sim.simulation import Drop
 
 Floats = NDArray[np.float64]
 CONFIGS = Path(__file__).resolve().parents[1] / "configs"
@@ -205,7 +206,7 @@ def draw(picture: Path) -> None:
     from matplotlib import rc_context
     from matplotlib.figure import Figure
 
-    from softbrake.plot import BLUE, GREY, ORANGE, RED, STYLE
+    from softbrake.report.plots.style import BLUE, GREY, ORANGE, RED, STYLE
 
     with rc_context(STYLE):
         figure = Figure(figsize=(12.0, 9.6), layout="constrained")

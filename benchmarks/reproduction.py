@@ -8,9 +8,10 @@ from __future__ import annotations
 from pathlib import Path
 
 from softbrake import load_case
-from softbrake.drop import Drop
-from softbrake.results import tension_scale
-from softbrake.state import History, Outcome
+from softbrake.core.arrays import Outcome
+from softbrake.core.columns import History
+from softbrake.sim.result_file import tension_scale
+from softbrake.sim.simulation import Drop
 
 CONFIGS = Path(__file__).resolve().parents[1] / "configs"
 CASES = {"paper.yaml": CONFIGS / "paper.yaml", "paper-narrow-belts.yaml": CONFIGS / "paper-narrow-belts.yaml"}

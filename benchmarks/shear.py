@@ -16,11 +16,12 @@ from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 
 from benchmarks.scenes import scene
-from softbrake.case import Case, level, parse_case
-from softbrake.drop import Diverged, Drop, cores
-from softbrake.ladder import allowed, speed_of
-from softbrake.state import History, Outcome
-from softbrake.summary import Summary
+from softbrake.case.case import Case, level, parse_case
+from softbrake.core.arrays import Outcome
+from softbrake.core.columns import History
+from softbrake.sim.simulation import Diverged, Drop, cores
+from softbrake.sim.summary import Summary
+from softbrake.studies.error_control import allowed, speed_of
 
 SHARES = (0.0, 0.005, 0.02, 0.05, 0.1, 0.4)  # of E
 FINE = 12.0  # cells in a radius

@@ -29,10 +29,10 @@ from pathlib import Path
 import numpy as np
 
 import softbrake
-from softbrake.build import initial_energy
-from softbrake.case import Case, load_case, parse_case
-from softbrake.drop import Drop
-from softbrake.stability import read_axis, survey
+from softbrake.case.case import Case, load_case, parse_case
+from softbrake.sim.build import initial_energy
+from softbrake.sim.simulation import Drop
+from softbrake.studies.stability_map import read_axis, survey
 
 SOFTEST = 0.2  # largest p R/E'
 LEAKY = 0.3  # least damping ratio of the shortest wave with tensions without a potential

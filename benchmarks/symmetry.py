@@ -14,10 +14,11 @@ from matplotlib.figure import Figure
 
 import softbrake
 from benchmarks.reproduction import CONFIGS, table
-from softbrake.case import Case
-from softbrake.drop import Drop
-from softbrake.ladder import level, speed_of
-from softbrake.state import Floats, History, Outcome
+from softbrake.case.case import Case
+from softbrake.core.arrays import Floats, Outcome
+from softbrake.core.columns import History
+from softbrake.sim.simulation import Drop
+from softbrake.studies.error_control import level, speed_of
 
 PICTURE = Path(__file__).resolve().parents[1] / "docs" / "images" / "symmetry.png"
 CELLS = 36  # along the generatrix, and half of those around the hoop

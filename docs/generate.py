@@ -19,8 +19,10 @@ from mkdocs.config.defaults import MkDocsConfig
 from mkdocs.structure.files import File, Files
 
 import softbrake
-from softbrake import keys, state, summary
-from softbrake.cli import app
+from softbrake.case import keys
+from softbrake.cli.app import app
+from softbrake.core import arrays as state
+from softbrake.sim import summary
 
 ANSWER = ("Summary", "Peak", "FilteredPeaks", "Work", "ModelUsed", "Rung", "Ensemble")
 ANSWER += ("Sensitivities", "Sensitivity", "Inflation")
@@ -133,7 +135,7 @@ def keys_page() -> str:
 
 
 def _units() -> Iterable[str]:
-    from softbrake.units import UNITS
+    from softbrake.case.units import UNITS
 
     return UNITS
 

@@ -9,15 +9,21 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from softbrake.case import CaseError, load_case
-    from softbrake.drop import Diverged
-    from softbrake.ladder import run
-    from softbrake.results import ResultError
+    from softbrake.case.case import CaseError, load_case
+    from softbrake.sim.result_file import ResultError
+    from softbrake.sim.simulation import Diverged
+    from softbrake.studies.error_control import run
 
 __all__ = ["CaseError", "Diverged", "ResultError", "__version__", "load_case", "run"]
 __version__ = "0.1.0"
 
-_HOMES = {"CaseError": "case", "load_case": "case", "Diverged": "drop", "run": "ladder", "ResultError": "results"}
+_HOMES = {
+    "CaseError": "case.case",
+    "Diverged": "sim.simulation",
+    "ResultError": "sim.result_file",
+    "load_case": "case.case",
+    "run": "studies.error_control",
+}
 
 
 def __getattr__(name: str) -> Any:

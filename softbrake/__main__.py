@@ -1,5 +1,5 @@
 """`python -m softbrake`."""
 
-from softbrake.cli import app
+from softbrake.cli.app import app
 
 app(prog_name="softbrake")

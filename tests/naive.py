@@ -9,7 +9,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from softbrake.state import Fabric, Floats, History, Law, Model, Pressure, PressureLaw, Scheme
+from softbrake.core.arrays import Fabric, Floats, Law, Model, Pressure, PressureLaw, Scheme
+from softbrake.core.columns import History
 
 Forces = dict[History, Floats]  # N, on the nodes, by the work they do
 

@@ -4,7 +4,7 @@ from fractions import Fraction
 
 import numpy as np
 
-from softbrake.state import Floats, Ints
+from softbrake.core.arrays import Floats, Ints
 
 
 def triangles(places: Floats) -> tuple[Floats, Ints]:

@@ -4,10 +4,11 @@ from pathlib import Path
 
 import numpy as np
 
-from softbrake.case import Belt, Cargo, Case, Fabric, Grid, Model, Output, Pressure, Shell, Time
-from softbrake.results import ResultFile
-from softbrake.state import Floats, History
-from softbrake.summary import ModelUsed, Peak, Summary, Work
+from softbrake.case.case import Belt, Cargo, Case, Fabric, Grid, Model, Output, Pressure, Shell, Time
+from softbrake.core.arrays import Floats
+from softbrake.core.columns import History
+from softbrake.sim.result_file import ResultFile
+from softbrake.sim.summary import ModelUsed, Peak, Summary, Work
 
 SPEED, DECELERATION, END = 6.0, 20.0, 0.12
 PRESSURE = 15696.0

@@ -9,12 +9,12 @@ import numpy as np
 import pytest
 
 import softbrake
-from softbrake import batch
-from softbrake.batch import Dropped, run_batch, run_one
-from softbrake.case import Case, load_case
-from softbrake.ladder import Climb
-from softbrake.results import read_history
-from softbrake.summary import Summary
+from softbrake.case.case import Case, load_case
+from softbrake.sim.result_file import read_history
+from softbrake.sim.summary import Summary
+from softbrake.studies import batch
+from softbrake.studies.batch import Dropped, run_batch, run_one
+from softbrake.studies.error_control import Climb
 
 COARSE = ("model.fidelity=axisymmetric", "grid.generatrix=12", "contact=full")
 SMALL = ("grid.generatrix=8", "grid.hoop=12")

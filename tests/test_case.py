@@ -13,9 +13,9 @@ from pathlib import Path
 import pytest
 import yaml
 
-from softbrake.case import Belt, Case, CaseError, case_to_dict, load_case, parse_case, schema, starter
-from softbrake.keys import SECTIONS, SHEAR, TOP
-from softbrake.units import Dimension, parse_quantity
+from softbrake.case.case import Belt, Case, CaseError, case_to_dict, load_case, parse_case, schema, starter
+from softbrake.case.keys import SECTIONS, SHEAR, TOP
+from softbrake.case.units import Dimension, parse_quantity
 
 CONFIGS = sorted((Path(__file__).parent.parent / "configs").glob("*.yaml"))
 

@@ -16,8 +16,12 @@ from rich.console import Console
 from typer.testing import CliRunner
 
 import softbrake as package
-from softbrake import chart as module
-from softbrake.chart import (
+from softbrake.cli.app import app
+from softbrake.report.console import print_chart
+from softbrake.sim.simulation import Drop
+from softbrake.studies import work_precision as module
+from softbrake.studies.error_control import level
+from softbrake.studies.work_precision import (
     INTERRUPTED,
     PAPER,
     TOO_FINE,
@@ -32,10 +36,6 @@ from softbrake.chart import (
     plan,
     write_csv,
 )
-from softbrake.cli import app
-from softbrake.console import print_chart
-from softbrake.drop import Drop
-from softbrake.ladder import level
 
 CONFIGS = Path(__file__).resolve().parents[1] / "configs"
 SCENE = CONFIGS / "no-belts.yaml"
@@ -295,7 +295,7 @@ def lines_of(path: Path) -> list[dict[str, str]]:
 
 def test_figure_shows_the_runs(charted: Chart) -> None:
     pytest.importorskip("matplotlib")
-    from softbrake.diagram import chart_figure
+    from softbrake.report.plots.work_precision import chart_figure
 
     figure = chart_figure(replace_runs(charted))
     titles = [axes.get_title(loc="left") for axes in figure.axes]

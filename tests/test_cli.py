@@ -17,11 +17,11 @@ from conftest import Command, start
 from rich.console import Console
 from typer.testing import CliRunner
 
-from softbrake import console
-from softbrake.cli import app
-from softbrake.drop import ALL_KERNELS, Progress
-from softbrake.kernels.jit import CACHE_FOLDER
-from softbrake.summary import FilteredPeaks, Peak, Summary
+from softbrake.cli.app import app
+from softbrake.core.jit import CACHE_FOLDER
+from softbrake.report import console
+from softbrake.sim.simulation import ALL_KERNELS, Progress
+from softbrake.sim.summary import FilteredPeaks, Peak, Summary
 
 SMALL = ("--set", "grid.generatrix=8", "--set", "grid.hoop=12", "--set", "time.end=5ms")
 SLOW = {"h5py", "matplotlib", "numba", "numpy", "rich", "scipy"}
@@ -68,10 +68,10 @@ def test_package_gives_its_functions_and_loads_nothing(environment: dict[str, st
     code = f"""
 import sys, softbrake
 assert not {SLOW | {"yaml"}!r}.intersection(sys.modules)
-import softbrake.drop, softbrake.case
+import softbrake.sim.simulation, softbrake.case.case, softbrake.studies.error_control
 from softbrake import load_case, run
-assert softbrake.run is run is softbrake.ladder.run
-assert load_case is softbrake.case.load_case
+assert softbrake.run is run is softbrake.studies.error_control.run
+assert load_case is softbrake.case.case.load_case
 """
     done = subprocess.run([sys.executable, "-c", code], env=environment, capture_output=True, text=True)
     assert done.returncode == 0, done.stderr
@@ -178,7 +178,7 @@ def test_mistakes(softbrake: Command, paper: Path, tmp_path: Path, arguments: li
 
 
 def test_divergence_is_one_line_and_exit_1(paper: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    module = importlib.import_module("softbrake.drop")
+    module = importlib.import_module("softbrake.sim.simulation")
 
     def diverge(*_: object, **__: object) -> None:
         raise module.Diverged("step 7, t = 1 ms: a velocity is not a number", replace(summary(), outcome="diverged"))

@@ -7,10 +7,11 @@ import numpy as np
 import pytest
 
 import softbrake
-from softbrake.build import grid_view
-from softbrake.drop import Drop
-from softbrake.kernels.contact import GAP, allowed_place
-from softbrake.state import Contact, Floats, History, Outcome
+from softbrake.core.arrays import Contact, Floats, Outcome
+from softbrake.core.columns import History
+from softbrake.core.obstacles import GAP, allowed_place
+from softbrake.sim.build import grid_view
+from softbrake.sim.simulation import Drop
 
 pytestmark = pytest.mark.kernels
 

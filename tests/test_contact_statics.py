@@ -10,18 +10,20 @@ from exact import Floats, Membrane, pressed_shell, stadium
 from numba import uint64
 from test_energy import fitted_order, gas_volume, stored_energy
 
-from softbrake.build import build_model, build_state, build_sweep, grid_view
-from softbrake.case import load_case
-from softbrake.drop import Drop
-from softbrake.kernels.contact import GAP, press_row
-from softbrake.kernels.fabric import update_edge_forces, update_hoop_tension
-from softbrake.kernels.fields import sample_fields
-from softbrake.kernels.geometry import clear_forces, update_area_vectors, update_edges
-from softbrake.kernels.jit import kernel
-from softbrake.kernels.motion import push_row
-from softbrake.kernels.pressure import update_damped_pressure
-from softbrake.kernels.timestep import stable_step
-from softbrake.state import PAD, History, Outcome, Step
+from softbrake.case.case import load_case
+from softbrake.core.arrays import PAD, Outcome, Step
+from softbrake.core.columns import History
+from softbrake.core.jit import kernel
+from softbrake.core.loop.fields import sample_fields
+from softbrake.core.loop.push import push_row
+from softbrake.core.loop.step_size import stable_step
+from softbrake.core.membrane.area import update_area_vectors
+from softbrake.core.membrane.edges import clear_forces, update_edge_forces, update_edges
+from softbrake.core.membrane.tension import update_hoop_tension
+from softbrake.core.obstacles import GAP, press_row
+from softbrake.core.pressure import update_damped_pressure
+from softbrake.sim.build import build_model, build_state, build_sweep, grid_view
+from softbrake.sim.simulation import Drop
 
 NO_BELTS = Path(__file__).resolve().parents[1] / "configs" / "no-belts.yaml"
 PRESSURE, RADIUS = 15696.0, 0.25  # Pa, m

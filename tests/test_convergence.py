@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from softbrake.convergence import CAUTION, NEIGHBOURLY, SAFETY, estimate, estimate_of_neighbours, prediction
+from softbrake.studies.convergence import CAUTION, NEIGHBOURLY, SAFETY, estimate, estimate_of_neighbours, prediction
 
 
 def test_published_set() -> None:

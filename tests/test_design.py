@@ -10,12 +10,12 @@ import pytest
 from conftest import Command
 
 import softbrake
-from softbrake import design
-from softbrake.case import Case, CaseError, full_stop, level, load_case, quantities
-from softbrake.design import NUDGE, WIDTH, NotReached, Point, Target, _close_in, ask, find, piston
-from softbrake.kernels.pressure import pressure_at
-from softbrake.ladder import Climb
-from softbrake.state import Pressure, PressureLaw
+from softbrake.case.case import Case, CaseError, full_stop, level, load_case, quantities
+from softbrake.core.arrays import Pressure, PressureLaw
+from softbrake.core.pressure import pressure_at
+from softbrake.studies import inverse_design as design
+from softbrake.studies.error_control import Climb
+from softbrake.studies.inverse_design import NUDGE, WIDTH, NotReached, Point, Target, _close_in, ask, find, piston
 
 CONFIGS = Path(__file__).resolve().parents[1] / "configs"
 NO_BELTS = CONFIGS / "no-belts.yaml"
@@ -197,7 +197,7 @@ def test_smooth_functions_take_few_steps() -> None:
 
 
 def test_jump_is_no_crossing(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("softbrake.design._tried", lambda load, target, values: [
+    monkeypatch.setattr("softbrake.studies.inverse_design._tried", lambda load, target, values: [
         Point(value, None, 1.0 if value < 20e3 else -1.0, "no run") for value in values
     ])  # fmt: skip
     with pytest.raises(NotReached, match="jumps across the target"):

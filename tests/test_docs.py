@@ -9,13 +9,13 @@ from typing import NamedTuple
 import pytest
 from conftest import Command
 
-from softbrake.cli import app
+from softbrake.cli.app import app
 
 ROOT = Path(__file__).resolve().parents[1]
 DOCUMENTS = sorted([*ROOT.glob("*.md"), *ROOT.glob("docs/**/*.md")])
 EQUATIONS = ROOT / "docs" / "explanation" / "equations.md"
 NUMBERS = [f"({chapter}.{k})" for chapter, count in ((2, 11), (3, 4)) for k in range(1, count + 1)]
-KERNELS = sorted(path.relative_to(ROOT).as_posix() for path in (ROOT / "softbrake" / "kernels").glob("*.py"))
+KERNELS = sorted(path.relative_to(ROOT).as_posix() for path in (ROOT / "softbrake" / "core").rglob("*.py"))
 NOWHERE = "–"  # opens the cell of an equation without a home or a test
 
 
@@ -61,9 +61,9 @@ def functions(path: str) -> dict[str, str]:
 
 
 def fields() -> set[str]:
-    """Class.field of all that state.py and case.py declare."""
+    """Class.field of all that arrays, columns and case declare."""
     found = set()
-    for path in ("softbrake/state.py", "softbrake/case.py"):
+    for path in ("softbrake/core/arrays.py", "softbrake/core/columns.py", "softbrake/case/case.py"):
         for kind in (node for node in ast.walk(tree(path)) if isinstance(node, ast.ClassDef)):
             for line in kind.body:
                 targets = [line.target] if isinstance(line, ast.AnnAssign) else getattr(line, "targets", [])

@@ -11,9 +11,9 @@ import numpy as np
 import pytest
 
 import softbrake
-from softbrake import drop
-from softbrake.case import Case, parse_case
-from softbrake.results import read_case, read_snapshots
+from softbrake.case.case import Case, parse_case
+from softbrake.sim import simulation as drop
+from softbrake.sim.result_file import read_case, read_snapshots
 
 PAPER = Path(__file__).resolve().parents[1] / "configs" / "paper.yaml"
 

@@ -9,11 +9,12 @@ import pytest
 from exact import Floats
 from whole_shell import area_vectors
 
-from softbrake.build import build_model, build_sweep, grid_view
-from softbrake.case import load_case
-from softbrake.drop import Drop
-from softbrake.kernels.fabric import update_generatrix_tension, update_hoop_tension
-from softbrake.state import PAD, Fabric, FoldCount, History, Law, Outcome
+from softbrake.case.case import load_case
+from softbrake.core.arrays import PAD, Fabric, FoldCount, Law, Outcome
+from softbrake.core.columns import History
+from softbrake.core.membrane.tension import update_generatrix_tension, update_hoop_tension
+from softbrake.sim.build import build_model, build_sweep, grid_view
+from softbrake.sim.simulation import Drop
 
 CONFIGS = Path(__file__).resolve().parents[1] / "configs"
 COARSE = ("grid.generatrix=12", "grid.hoop=30")

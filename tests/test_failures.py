@@ -17,7 +17,7 @@ from benchmarks.failures import (
     twist,
     viscosity_ignored,
 )
-from softbrake.state import History
+from softbrake.core.columns import History
 
 
 def test_checkerboard_grows_in_the_printed_scheme_only() -> None:

@@ -9,14 +9,15 @@ from exact import piston
 from test_lobes import groove
 
 import softbrake
-from softbrake.build import grid_view, meridian_view
-from softbrake.case import CaseError, load_case
-from softbrake.drop import Drop
-from softbrake.kernels.contact import GAP
-from softbrake.kernels.meridian import advance_meridian, stable_step_of_meridian
-from softbrake.kernels.step import advance
-from softbrake.results import read_history, read_snapshots
-from softbrake.state import PAD, Floats, History, Outcome, Peak, State
+from softbrake.case.case import CaseError, load_case
+from softbrake.core.arrays import PAD, Floats, Outcome, Peak, State
+from softbrake.core.columns import History
+from softbrake.core.loop.meridian import advance_meridian, stable_step_of_meridian
+from softbrake.core.loop.step import advance
+from softbrake.core.obstacles import GAP
+from softbrake.sim.build import grid_view, meridian_view
+from softbrake.sim.result_file import read_history, read_snapshots
+from softbrake.sim.simulation import Drop
 
 pytestmark = pytest.mark.kernels
 

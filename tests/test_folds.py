@@ -20,15 +20,24 @@ from naive_folds import (
 )
 
 import softbrake
-from softbrake.build import BY_PAIR, build_folds, grid_view, meridian_view, with_room
-from softbrake.drop import Drop
-from softbrake.kernels.blows import freedom_of
-from softbrake.kernels.folds import CUSHION, part_moved
-from softbrake.kernels.meet import EDGES, NEVER, SECOND, crossing_of, crossing_of_edges, nearest_on_edges, nearest_on_face
-from softbrake.kernels.motion import close_nodes
-from softbrake.kernels.near import find_pairs
-from softbrake.kernels.step import fold_step
-from softbrake.state import PAD, Blows, Floats, FoldCount, History, Nodes, Outcome, Sheet, Step
+from softbrake.core.arrays import PAD, Blows, Floats, FoldCount, Nodes, Outcome, Sheet, Step
+from softbrake.core.columns import History
+from softbrake.core.contact.broad_phase import find_pairs
+from softbrake.core.contact.impulses import freedom_of
+from softbrake.core.contact.narrow_phase import (
+    EDGES,
+    NEVER,
+    SECOND,
+    crossing_of,
+    crossing_of_edges,
+    nearest_on_edges,
+    nearest_on_face,
+)
+from softbrake.core.contact.self_contact import CUSHION, part_moved
+from softbrake.core.lanes import close_nodes
+from softbrake.core.loop.step import fold_step
+from softbrake.sim.build import BY_PAIR, build_folds, grid_view, meridian_view, with_room
+from softbrake.sim.simulation import Drop
 
 pytestmark = pytest.mark.kernels
 

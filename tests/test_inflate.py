@@ -12,13 +12,14 @@ from exact import Membrane, course, newton, static_cylinder
 from numpy.typing import NDArray
 
 import softbrake
-from softbrake.build import meridian_view
-from softbrake.case import Case, CaseError, load_case
-from softbrake.drop import Drop, NotInflated
-from softbrake.inflate import inflate
-from softbrake.relax import relax
-from softbrake.results import read_inflation, read_snapshots
-from softbrake.state import History, Model, Outcome
+from softbrake.case.case import Case, CaseError, load_case
+from softbrake.core.arrays import Model, Outcome
+from softbrake.core.columns import History
+from softbrake.sim.build import meridian_view
+from softbrake.sim.inflate import inflate
+from softbrake.sim.relax import relax
+from softbrake.sim.result_file import read_inflation, read_snapshots
+from softbrake.sim.simulation import Drop, NotInflated
 
 CONFIGS = Path(__file__).resolve().parents[1] / "configs"
 FINE = ("model.fidelity=axisymmetric", "grid={generatrix: 112, hoop: 720}", "gravity=0")

@@ -6,9 +6,9 @@ from collections.abc import Iterator
 
 import pytest
 
-from softbrake.case import parse_case, starter
-from softbrake.drop import Drop, Progress
-from softbrake.interrupt import held_interrupt
+from softbrake.case.case import parse_case, starter
+from softbrake.sim.interrupt import held_interrupt
+from softbrake.sim.simulation import Drop, Progress
 
 
 @pytest.fixture(autouse=True)

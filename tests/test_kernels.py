@@ -16,23 +16,14 @@ from numba.core.compiler import Flags
 from numpy.testing import assert_allclose, assert_array_equal
 from whole_shell import area_vectors, at, on_row, whole_grid
 
-from softbrake.build import grid_view
-from softbrake.case import parse_case
-from softbrake.drop import Drop
-from softbrake.kernels import fabric, pressure
-from softbrake.kernels.course import FELT, event_time
-from softbrake.kernels.fields import sample_fields
-from softbrake.kernels.geometry import clear_forces
-from softbrake.kernels.jit import NoAlias, kernel
-from softbrake.kernels.step import advance
-from softbrake.kernels.timestep import stable_step
-from softbrake.state import (
+from softbrake.case.case import parse_case
+from softbrake.core import pressure
+from softbrake.core.arrays import (
     PAD,
     BeltRow,
     Cells,
     Edges,
     Floats,
-    History,
     Law,
     Model,
     Nodes,
@@ -42,6 +33,16 @@ from softbrake.state import (
     PressureLaw,
     Rows,
 )
+from softbrake.core.columns import History
+from softbrake.core.jit import NoAlias, kernel
+from softbrake.core.loop.fields import sample_fields
+from softbrake.core.loop.step import advance
+from softbrake.core.loop.step_size import stable_step
+from softbrake.core.loop.time_loop import FELT, event_time
+from softbrake.core.membrane import tension as fabric
+from softbrake.core.membrane.edges import clear_forces
+from softbrake.sim.build import grid_view
+from softbrake.sim.simulation import Drop
 
 pytestmark = pytest.mark.kernels
 

@@ -19,12 +19,15 @@ from conftest import Command
 from typer.testing import CliRunner
 
 import softbrake
-from softbrake import drop, ladder
-from softbrake.case import Case, full_stop, level
-from softbrake.cli import app
-from softbrake.convergence import NEIGHBOURLY, prediction
-from softbrake.drop import Diverged, Drop
-from softbrake.ladder import (
+from softbrake.case.case import Case, full_stop, level
+from softbrake.cli.app import app
+from softbrake.sim import simulation as drop
+from softbrake.sim.result_file import read_history, read_summary
+from softbrake.sim.simulation import Diverged, Drop
+from softbrake.sim.summary import Ensemble, Peak, Rung, Summary
+from softbrake.studies import error_control as ladder
+from softbrake.studies.convergence import NEIGHBOURLY, prediction
+from softbrake.studies.error_control import (
     COARSE,
     ENOUGH,
     FINE,
@@ -43,8 +46,6 @@ from softbrake.ladder import (
     speed_of,
     speed_range,
 )
-from softbrake.results import read_history, read_summary
-from softbrake.summary import Ensemble, Peak, Rung, Summary
 
 CONFIGS = Path(__file__).resolve().parents[1] / "configs"
 NO_BELTS = CONFIGS / "no-belts.yaml"

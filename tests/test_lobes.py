@@ -8,13 +8,15 @@ import numpy as np
 import pytest
 
 import softbrake
-from softbrake.build import build_model, build_state, build_sweep, grid_view
-from softbrake.drop import Drop
-from softbrake.kernels.contact import GAP, press_row, rub_row
-from softbrake.kernels.folds import shell_sheet
-from softbrake.kernels.lobes import deviation, inward_normal, part_lobes, part_nodes
-from softbrake.kernels.motion import close_nodes, push_row
-from softbrake.state import PAD, Blows, Floats, History, Nodes, Outcome, Step
+from softbrake.core.arrays import PAD, Blows, Floats, Nodes, Outcome, Step
+from softbrake.core.columns import History
+from softbrake.core.contact.belt_contact import deviation, inward_normal, part_lobes, part_nodes
+from softbrake.core.contact.self_contact import shell_sheet
+from softbrake.core.lanes import close_nodes
+from softbrake.core.loop.push import push_row
+from softbrake.core.obstacles import GAP, press_row, rub_row
+from softbrake.sim.build import build_model, build_state, build_sweep, grid_view
+from softbrake.sim.simulation import Drop
 
 pytestmark = pytest.mark.kernels
 

@@ -8,10 +8,11 @@ import numpy as np
 import pytest
 from exact import Floats, Ring, StaticCylinder, free_fall, piston, static_cylinder
 
-from softbrake.build import build_model, grid_view, meridian_view
-from softbrake.case import Belt, Case, load_case
-from softbrake.drop import Drop
-from softbrake.state import PAD, History, Outcome
+from softbrake.case.case import Belt, Case, load_case
+from softbrake.core.arrays import PAD, Outcome
+from softbrake.core.columns import History
+from softbrake.sim.build import build_model, grid_view, meridian_view
+from softbrake.sim.simulation import Drop
 
 CONFIGS = Path(__file__).resolve().parents[1] / "configs"
 STIFFNESS = 20e3 / (1 - 0.25**2)  # N/m, E' of the paper's fabric

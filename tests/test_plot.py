@@ -8,9 +8,10 @@ import numpy as np
 import pytest
 import synthetic_drop as drop
 
-from softbrake.plot import PlotError, draw_drop, drop_figure, plot_result, result_figure
-from softbrake.results import ResultError, ResultFile, read_history
-from softbrake.state import History
+from softbrake.core.columns import History
+from softbrake.report.plots.drop import draw_drop, drop_figure, plot_result, result_figure
+from softbrake.report.plots.style import PlotError
+from softbrake.sim.result_file import ResultError, ResultFile, read_history
 
 pytest.importorskip("matplotlib")
 

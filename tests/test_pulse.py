@@ -9,13 +9,14 @@ import pytest
 from conftest import ROOT, Command
 
 import softbrake
-from softbrake.case import Case, load_case
-from softbrake.drop import Drop
-from softbrake.kernels.course import FELT
-from softbrake.pulse import COLUMNS, CORNER, SAMPLES, filtered, filtered_peaks, filtered_slope, low_pass, unfit
-from softbrake.results import read_history, read_summary
-from softbrake.state import Floats, History, Outcome, Peak
-from softbrake.summary import FilteredPeaks
+from softbrake.case.case import Case, load_case
+from softbrake.core.arrays import Floats, Outcome, Peak
+from softbrake.core.columns import History
+from softbrake.core.loop.time_loop import FELT
+from softbrake.sim.filters import COLUMNS, CORNER, SAMPLES, filtered, filtered_peaks, filtered_slope, low_pass, unfit
+from softbrake.sim.result_file import read_history, read_summary
+from softbrake.sim.simulation import Drop
+from softbrake.sim.summary import FilteredPeaks
 
 CLASSES = (60, 180, 600, 1000)
 SMALL = ("grid.generatrix=12", "grid.hoop=30", "contact=solid")

@@ -10,13 +10,13 @@ import pytest
 import synthetic_drop as drop
 from conftest import ROOT, Command
 
-from softbrake.case import load_case
-from softbrake.drop import run
-from softbrake.page import BUCKETS, Curve, Mark, chart, table
-from softbrake.report import result_page, sweep_page, write_report
-from softbrake.results import ResultError, ResultFile, read_history, replace_summary
-from softbrake.state import History
-from softbrake.summary import FilteredPeaks, Peak, Sensitivities, Sensitivity
+from softbrake.case.case import load_case
+from softbrake.core.columns import History
+from softbrake.report.html import result_page, sweep_page, write_report
+from softbrake.report.page import BUCKETS, Curve, Mark, chart, table
+from softbrake.sim.result_file import ResultError, ResultFile, read_history, replace_summary
+from softbrake.sim.simulation import run
+from softbrake.sim.summary import FilteredPeaks, Peak, Sensitivities, Sensitivity
 
 VOID = {"meta"}
 

@@ -14,11 +14,11 @@ import numpy as np
 import pytest
 import synthetic_drop as drop
 
-from softbrake import results
-from softbrake.case import Pressure, case_to_dict
-from softbrake.results import ResultError, ResultFile
-from softbrake.state import UNITS, History
-from softbrake.summary import FilteredPeaks, Peak
+from softbrake.case.case import Pressure, case_to_dict
+from softbrake.core.columns import UNITS, History
+from softbrake.sim import result_file as results
+from softbrake.sim.result_file import ResultError, ResultFile
+from softbrake.sim.summary import FilteredPeaks, Peak
 
 
 @pytest.fixture(scope="module")

@@ -10,12 +10,13 @@ from conftest import Command
 from typer.testing import CliRunner
 
 from benchmarks.scenes import scene
-from softbrake import drop, ladder
-from softbrake.build import initial_energy
-from softbrake.case import AUTO_TOLERANCE, Case, CaseError, parse_case
-from softbrake.cli import app
-from softbrake.drop import Diverged, Drop
-from softbrake.summary import LARGEST_GAIN, Summary
+from softbrake.case.case import AUTO_TOLERANCE, Case, CaseError, parse_case
+from softbrake.cli.app import app
+from softbrake.sim import simulation as drop
+from softbrake.sim.build import initial_energy
+from softbrake.sim.simulation import Diverged, Drop
+from softbrake.sim.summary import LARGEST_GAIN, Summary
+from softbrake.studies import error_control as ladder
 
 AXISYMMETRIC = "model.fidelity=axisymmetric"
 TALL = """title: tall

@@ -12,10 +12,10 @@ import synthetic_drop
 from conftest import Command
 
 import softbrake
-from softbrake.batch import Dropped
-from softbrake.case import Case, load_case
-from softbrake.results import read_summary
-from softbrake.sensitivity import ENOUGH, NARROW, STEPS, sensitivities
+from softbrake.case.case import Case, load_case
+from softbrake.sim.result_file import read_summary
+from softbrake.studies.batch import Dropped
+from softbrake.studies.sensitivity import ENOUGH, NARROW, STEPS, sensitivities
 
 CONFIGS = Path(__file__).resolve().parents[1] / "configs"
 NO_BELTS = CONFIGS / "no-belts.yaml"
@@ -56,7 +56,7 @@ def test_steps_widen_until_they_stand_above_the_noise(monkeypatch: pytest.Monkey
             value = 3.0 * (case.cargo.mass / 100.0) ** 0.8 * (1 + scatter * random.normal())
             yield Dropped(replace(synthetic_drop.summary(), impact_velocity=value, peak_deceleration=20.0), None, None)
 
-    monkeypatch.setattr("softbrake.sensitivity.run_batch", noisy)
+    monkeypatch.setattr("softbrake.studies.sensitivity.run_batch", noisy)
     base = replace(synthetic_drop.summary(), impact_velocity=3.0, peak_deceleration=20.0)
     found = sensitivities(NO_BELTS, [], base)
     noise, error = found.noise["impact_velocity"], found.errors["impact_velocity"]

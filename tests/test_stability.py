@@ -14,17 +14,18 @@ from typer.testing import CliRunner
 
 import softbrake
 from benchmarks.stability import random_case
-from softbrake.build import grid_view, initial_energy, meridian_view
-from softbrake.case import LongStep, level, load_case
-from softbrake.cli import app
-from softbrake.drop import Diverged, Drop
-from softbrake.kernels.course import LENGTHENED, choose_step
-from softbrake.kernels.meridian import stable_step_of_meridian, sweep_meridian
-from softbrake.kernels.timestep import stable_step
-from softbrake.plot import PlotError
-from softbrake.stability import edge_in_words, find_limit, read_axis
-from softbrake.state import Floats, History, Outcome
-from softbrake.summary import LARGEST_GAIN
+from softbrake.case.case import LongStep, level, load_case
+from softbrake.cli.app import app
+from softbrake.core.arrays import Floats, Outcome
+from softbrake.core.columns import History
+from softbrake.core.loop.meridian import stable_step_of_meridian, sweep_meridian
+from softbrake.core.loop.step_size import stable_step
+from softbrake.core.loop.time_loop import LENGTHENED, choose_step
+from softbrake.report.plots.style import PlotError
+from softbrake.sim.build import grid_view, initial_energy, meridian_view
+from softbrake.sim.simulation import Diverged, Drop
+from softbrake.sim.summary import LARGEST_GAIN
+from softbrake.studies.stability_map import edge_in_words, find_limit, read_axis
 
 CONFIGS = Path(__file__).resolve().parents[1] / "configs"
 SMALL = ("grid={generatrix: 8, hoop: 16}", "belts.width=30 mm")
@@ -305,7 +306,7 @@ def test_points_are_kept_where_the_picture_fails(paper: Path, tmp_path: Path, mo
     def fail(*_: object) -> None:
         raise PlotError("no picture today")
 
-    monkeypatch.setattr("softbrake.stability.draw_map", fail)
+    monkeypatch.setattr("softbrake.studies.stability_map.draw_map", fail)
     small = ("--set", "grid={generatrix: 8, hoop: 16}", "--set", "belts.width=30 mm")
     done = CliRunner().invoke(
         app, ["stability", str(paper), *small, "--over", "fabric.viscosity=1", "-o", str(tmp_path / "map.png")]

@@ -17,13 +17,14 @@ import numpy as np
 import pytest
 from conftest import ROOT, Command, start
 
-from softbrake import batch, sweep, sweep_results
-from softbrake.case import CaseError, load_case
-from softbrake.designs import Designs, key_of, load_designs
-from softbrake.drop import Drop, run
-from softbrake.results import HISTORY_DTYPE, read_history
-from softbrake.state import UNITS, History
-from softbrake.sweep import Run, Shard, SweepError, merge_folders, read_journals, run_id, run_sweep
+from softbrake.case.case import CaseError, load_case
+from softbrake.core.columns import UNITS, History
+from softbrake.report import sweep as sweep_results
+from softbrake.sim.result_file import HISTORY_DTYPE, read_history
+from softbrake.sim.simulation import Drop, run
+from softbrake.studies import batch, sweep
+from softbrake.studies.axes import Designs, key_of, load_designs
+from softbrake.studies.sweep import Run, Shard, SweepError, merge_folders, read_journals, run_id, run_sweep
 
 MODULI = ROOT / "configs" / "moduli-sweep.yaml"
 COARSE = ("grid.generatrix=12", "time.courant=0.9")

@@ -4,8 +4,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from softbrake.kernels.geometry import update_area_vectors, update_edges
-from softbrake.state import PAD, Cells, Edges, Floats, Model, Nodes, Rows
+from softbrake.core.arrays import PAD, Cells, Edges, Floats, Model, Nodes, Rows
+from softbrake.core.membrane.area import update_area_vectors
+from softbrake.core.membrane.edges import update_edges
 
 
 class Whole(NamedTuple):

@@ -1,0 +1,105 @@
+"""Quantities written with units, such as `20 kN/m`, to SI numbers."""
+
+from __future__ import annotations
+
+import math
+import re
+from difflib import get_close_matches
+from enum import Enum
+
+Powers = tuple[int, int, int]  # of metre, kilogram, second
+UNITS: dict[str, tuple[float, Powers]] = {
+    "m": (1.0, (1, 0, 0)),
+    "cm": (1e-2, (1, 0, 0)),
+    "mm": (1e-3, (1, 0, 0)),
+    "km": (1e3, (1, 0, 0)),
+    "in": (0.0254, (1, 0, 0)),
+    "ft": (0.3048, (1, 0, 0)),
+    "kg": (1.0, (0, 1, 0)),
+    "g": (1e-3, (0, 1, 0)),
+    "t": (1e3, (0, 1, 0)),
+    "lb": (0.45359237, (0, 1, 0)),
+    "s": (1.0, (0, 0, 1)),
+    "ms": (1e-3, (0, 0, 1)),
+    "us": (1e-6, (0, 0, 1)),
+    "h": (3600.0, (0, 0, 1)),
+    "N": (1.0, (1, 1, -2)),
+    "kN": (1e3, (1, 1, -2)),
+    "MN": (1e6, (1, 1, -2)),
+    "lbf": (4.4482216152605, (1, 1, -2)),
+    "Pa": (1.0, (-1, 1, -2)),
+    "kPa": (1e3, (-1, 1, -2)),
+    "MPa": (1e6, (-1, 1, -2)),
+    "mbar": (1e2, (-1, 1, -2)),
+    "bar": (1e5, (-1, 1, -2)),
+    "psi": (4.4482216152605 / 0.0254**2, (-1, 1, -2)),
+    "%": (1e-2, (0, 0, 0)),
+}
+
+# Text of a quantity that is not negative, as a regular expression that JSON Schema understands too.
+PATTERN = r"^\s*\+?([0-9]+\.?[0-9]*|\.[0-9]+)([eE][-+]?[0-9]+)?\s*([A-Za-z%][A-Za-z%0-9²³*·/^ -]*)?$"
+_QUANTITY = re.compile(r"\s*([-+]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][-+]?[0-9]+)?)\s*(.*?)\s*")
+_SEPARATOR = re.compile(r"\s*([*·/])\s*|\s+")
+_FACTOR = re.compile(r"([A-Za-z]+|%)(?:\^(-?[1-9]))?")
+
+
+def _measure(unit: str) -> tuple[float, Powers]:
+    """SI size and dimension of a product of units; ValueError for an unknown one."""
+    if not unit:
+        return 1.0, (0, 0, 0)
+    parts = _SEPARATOR.split(unit.replace("²", "^2").replace("³", "^3"))
+    size, powers = 1.0, (0, 0, 0)
+    for separator, part in zip(["*", *parts[1::2]], parts[0::2], strict=True):
+        factor = _FACTOR.fullmatch(part)
+        if factor is None or factor[1] not in UNITS:
+            name = factor[1] if factor else part
+            close = [known for known in UNITS if known.lower() == name.lower()] or get_close_matches(name, UNITS, 1)
+            raise ValueError(f"unknown unit '{name or unit}'" + (f", did you mean '{close[0]}'?" if close else ""))
+        power = int(factor[2] or 1) * (-1 if separator == "/" else 1)
+        one, dimension = UNITS[factor[1]]
+        size *= one**power
+        powers = (powers[0] + power * dimension[0], powers[1] + power * dimension[1], powers[2] + power * dimension[2])
+    return size, powers
+
+
+class Dimension(Enum):
+    """What a quantity measures: its name in messages and its SI unit."""
+
+    RATIO = ("a ratio", "")
+    LENGTH = ("a length", "m")
+    MASS = ("a mass", "kg")
+    TIME = ("a time", "s")
+    SPEED = ("a speed", "m/s")
+    INVERSE_SPEED = ("an inverse speed", "s/m")
+    ACCELERATION = ("an acceleration", "m/s^2")
+    FORCE = ("a force", "N")
+    TENSION = ("a force per length", "N/m")
+    VISCOSITY = ("a fabric viscosity", "N*s/m")
+    PRESSURE = ("a pressure", "Pa")
+    LINE_DENSITY = ("a mass per length", "kg/m")
+    AREAL_DENSITY = ("a mass per area", "kg/m^2")
+
+    def __init__(self, phrase: str, unit: str) -> None:
+        self.phrase = phrase
+        self.unit = unit
+        self.powers = _measure(unit)[1]
+
+
+def parse_quantity(text: str, wanted: Dimension) -> float:
+    """SI value of a number with a unit of the wanted dimension; without a unit the number is SI already.
+
+    Units are joined by `*`, `·` or a space, `/` and `^`: `0.2 N*s/m`, `9.81 m/s^2`.
+    Raises ValueError, which says what is wrong in words for a user.
+    """
+    match = _QUANTITY.fullmatch(text)
+    if match is None:
+        raise ValueError(f"'{text}' is not a number with a unit")
+    unit = match[2]
+    size, powers = _measure(unit)
+    if unit and powers != wanted.powers:
+        found = next((dimension.phrase for dimension in Dimension if dimension.powers == powers), f"not {wanted.phrase}")
+        raise ValueError(f"'{unit}' is {found}")
+    value = float(match[1]) * size
+    if not math.isfinite(value):
+        raise ValueError(f"'{text}' is not a finite number")
+    return value

@@ -1,0 +1,429 @@
+"""The arrays of a run: Model is constant, State changes. Unit and shape of each field stand here, once.
+
+Grid. Row i = 0 … n1 counts nodes along the generatrix, from the lower cover on the ground (0) to the upper cover under the
+cargo (n1); column j = 0 … n2-1 counts them around the hoop. A row is stored with one copy of its last column in front and of
+its first column behind, so node (i, j) of a flat array stands at `i*stride + PAD + j`, columns -1 … n2. PAD and stride are
+multiples of eight doubles, a cache line, and loops over a row take whole ones: a row has room for the columns from n2 on that
+they compute and nobody reads. The axisymmetric shell is one column, which the rest of the hoop repeats, kept as one array along
+the generatrix with PAD entries more: x the radius, y and v zero.
+Suffix _1 is along the generatrix, _2 around the hoop. x3 = z points up.
+"""
+
+from enum import IntEnum
+from typing import NamedTuple
+
+from numpy import float64, int64
+from numpy.typing import NDArray
+
+PAD = 8
+BLOCK = 4  # cells along each side of the blocks of cloth in the search for folds that meet
+Floats = NDArray[float64]
+Ints = NDArray[int64]
+
+
+class Outcome(IntEnum):
+    """Why the loop over steps ended; RUNNING where it only paused."""
+
+    RUNNING = 0
+    IMPACT = 1
+    STOPPED = 2
+    TIME_LIMIT = 3
+    DIVERGED = 4
+
+
+class Peak(IntEnum):
+    """Rows of `State.peaks` and `State.overshoot`: largest value of a phase, its time and its row."""
+
+    DECELERATION = 0  # m/s^2, of the cargo
+    TENSION_GENERATRIX = 1  # N/m
+    TENSION_HOOP = 2  # N/m
+    TENSION_BELT = 3  # N/m
+
+
+class FoldCount(IntEnum):
+    """Entries of `Folds.counts`."""
+
+    DUE = 0  # 1: folds may meet
+    STALE = 1  # 1: near pairs are to be searched for anew
+    CRAMPED = 2  # 1: there were more than the arrays hold
+    PAIRS = 3  # near one another
+    PIERCED = 4  # pairs that passed each other, in each step, over the run
+    SEARCHES = 5  # over the run
+    TESTS = 6  # of boxes in them
+    PASSES = 7  # over the awake pairs, over the run
+
+
+class Box(IntEnum):
+    """Columns of `Folds.blocks` and boxes: a box (m) around a block of cloth, and the cone of its normals."""
+
+    LOW_X = 0
+    LOW_Y = 1
+    LOW_Z = 2
+    HIGH_X = 3
+    HIGH_Y = 4
+    HIGH_Z = 5
+    NORMAL_X = 6
+    NORMAL_Y = 7
+    NORMAL_Z = 8
+    SPREAD = 9  # rad, widest angle of a normal from that
+    MARGIN = 10  # m, largest of its nodes
+
+
+class PressureLaw(IntEnum):
+    """Course of p~ in time."""
+
+    CONSTANT = 0
+    SINE = 1
+    TABLE = 2
+
+
+class Source(IntEnum):
+    """Of energy that no force can have given: elements of `State.made`."""
+
+    FABRIC = 0  # elastic work beyond what was stored at the start
+    BELTS = 1  # likewise
+    VISCOSITY = 2  # work, which may not be positive
+
+
+class Law(IntEnum):
+    """Tension over elongation."""
+
+    TENSION_FIELD = 0  # derivative of the relaxed energy, per unloaded width
+    NOMINAL_TENSION = 1  # (2.9) per unloaded width
+    TRUE_TENSION = 2  # (2.9) per deformed width, as printed
+
+
+class Scheme(IntEnum):
+    """Where tensions and directions stand: on the edges, or at cell centres as (3.2) is printed."""
+
+    EDGE = 0
+    CELL = 1
+
+
+class Fabric(NamedTuple):
+    """Constants of the tension law on the grid."""
+
+    law: int  # Law
+    h1: float  # m, unloaded edge along the generatrix
+    h2: float  # m, unloaded edge around the hoop: the chord between two columns
+    e11: float  # N/m, E11: of e11 where wrinkles free the hoop
+    e22: float  # N/m, E22
+    c11: float  # N/m, E11/(1 - nu12 nu21)
+    c22: float  # N/m, E22/(1 - nu12 nu21)
+    c12: float  # N/m, nu12 E11/(1 - nu12 nu21) = nu21 E22/(1 - nu12 nu21), of e22 in T11 and of e11 in T22
+    g12: float  # N/m
+    viscosity: float  # N s/m
+    floor: float  # N/m, least tension of (2.9): 0, or -inf where fabric resists compression
+    true_tension: float  # 1: tensions per deformed width; 0: per unloaded width
+
+
+class Belts(NamedTuple):
+    """Belt constants of each row, shape (n1+1,); zero where a row carries no belt. Eq. (2.3)."""
+
+    width: Floats  # m, of belt within the row's share of the generatrix
+    stiffness: Floats  # N, E2/(1 - nu12 nu21) under true tensions, else E2
+    coupling: Floats  # N, nu12 E11 width/(1 - nu12 nu21) under true tensions, else 0
+    viscosity: Floats  # N s
+
+
+class Lobes(NamedTuple):
+    """Where condition (2.5) looks, each (belts,); none where it is not asked for."""
+
+    below: Ints  # row next to each belt on its lower side
+    above: Ints  # on its upper side
+
+
+class Pressure(NamedTuple):
+    """Constants of Eqs. (2.10), (2.11)."""
+
+    law: int  # PressureLaw
+    value: float  # Pa
+    peak_time: float  # s
+    end_time: float  # s
+    times: Floats  # s, (k,)
+    values: Floats  # Pa, (k,)
+    damping: float  # s/m
+    most: float  # Pa, largest p~ of the law
+
+
+class Contact(NamedTuple):
+    """What stops the fabric."""
+
+    ground: float  # m, of the ground: 0, or -inf without contact
+    friction: float  # Coulomb's coefficient on ground and cover
+    cover: int  # 1: the disc under the cargo, from both sides
+    cover_radius: float  # m
+    cargo: int  # 1: the cylinder on the cover
+    cargo_radius: float  # m
+    cargo_height: float  # m
+    axis: int  # 1: radii of the axisymmetric shell stay positive
+
+
+class Hoop(NamedTuple):
+    """How the columns make up the hoop, a circle."""
+
+    whole: float  # circumference over the unloaded edges of the columns, which are chords: a little over 1 where they are all
+    gas: float  # area between arcs over that between chords, per length of cloth: 1/cos of half the angle between two columns
+    cos: float  # of the angle between two columns
+
+
+class Model(NamedTuple):
+    """All that stays constant in a run."""
+
+    n1: int  # cells along the generatrix
+    n2: int  # columns: the cells around the hoop, or one
+    stride: int  # doubles from row to row, see above; 1 of the axisymmetric shell
+    scheme: int  # Scheme
+    courant: float
+    end: float  # s
+    gravity: float  # m/s^2
+    crushing: float  # m, height of the cover at which the overshoot is over and crushing begins
+    radius: float  # m, of the unloaded shell
+    cargo_mass: float  # kg, without the shell; the columns' share
+    cover_area: float  # m^2, the columns' share
+    most_gas_work: float  # J, more than gas can give: largest pressure times the volume at twice the diameter
+    mass: Floats  # kg, of a node of each row, (n1+1,)
+    per_mass: Floats  # 1/kg, likewise, zero for the held rows 0 and n1
+    below: Floats  # 1/kg, of both ends of the edge below a row, the other one's weighed, for the bound of the step; likewise
+    above: Floats  # 1/kg, above it
+    shared: Floats  # 1/kg, four over the mass, which rows share whose hoops the printed scheme averages; likewise
+    fabric: Fabric
+    belts: Belts
+    lobes: Lobes
+    pressure: Pressure
+    contact: Contact
+    hoop: Hoop
+
+
+class Step(NamedTuple):
+    """The step from n to n+1, as all rows of nodes see it."""
+
+    dt: float  # s, from n-1/2 to n+1/2
+    length: float  # s, from n to n+1
+    gravity: float  # m/s^2
+    cover: float  # m, height of the cover at n
+    next_cover: float  # m, at n+1, as foreseen
+    gap: float  # m, kept from the cover by what lies on it
+
+
+class Sheet(NamedTuple):
+    """How nodes and faces of a shell or a meridian are numbered, and what their folds meet."""
+
+    rows: int  # of faces; rows 0 and `rows` of nodes are held
+    columns: int  # 1: a meridian
+    stride: int  # from row to row of nodes; 1 for a meridian
+    first: int  # node of row 0, column 0
+    breadth: float  # m, half of it, of a meridian's faces across the half-plane; 0 for a shell
+    edge: float  # m, shorter one of the unloaded cell
+    ground: float  # m, and below as in Contact, as far as in the way in this step
+    cover: int
+    cover_radius: float  # m
+    cargo: int
+    cargo_radius: float  # m
+    cargo_height: float  # m
+    axis: int  # 1: x stays positive
+
+
+class Nodes(NamedTuple):
+    """Places (m) at time n and velocities (m/s) at n-1/2, each flat, ((n1+1)*stride,); (n1+1+PAD,) of one column."""
+
+    x: Floats
+    y: Floats
+    z: Floats
+    u: Floats
+    v: Floats
+    w: Floats
+
+
+class Work(NamedTuple):
+    """Work on the columns of the shell and their share of the cargo since the start, J, by column; each (n2 in whole PADs,).
+
+    Split by node of the one column, (n1+1+PAD,), in the axisymmetric shell.
+    """
+
+    pressure: Floats
+    elastic: Floats  # of fabric tensions and shear
+    viscous: Floats  # of fabric and belts
+    belts: Floats
+    gravity: Floats
+    ground: Floats
+    contact: Floats  # of what stops the fabric but the ground, and of friction
+
+
+class Folds(NamedTuple):
+    """Nodes and faces, and edges, of the shell near one another, and the search for them."""
+
+    pairs: Ints  # (capacity,), node times 2^32 plus the face's lower left node, or edges: see narrow_phase
+    wake: Floats  # m, (capacity,), travel of node and face, or of both edges, at which a pair is to be looked at again
+    awake: Ints  # (capacity,), the pairs that may meet in this step, by slot: nodes and faces from the front, edges from the end
+    # Of those awake, by slot, at n: unit vector to the node from face or edge, the corners' weights, speed of closing allowed
+    # (m/s), how far face or edge reach along the vector (m, negative; inf where the two touch).
+    contacts: Floats  # (capacity, 9)
+    path: Floats  # m, (nodes,), travelled since the last search
+    step: Floats  # m, (nodes,), in this step
+    margin: Floats  # m, (nodes,), that may be travelled until the next search
+    face_path: Floats  # m, (nodes,), largest path of the corners of a face, by its lower left one
+    face_step: Floats  # m, (nodes,), likewise
+    scale: Floats  # (1,), of the margins
+    normal_x: Floats  # (nodes,), of the cloth at the last search, shorter than 1 where it is creased
+    normal_y: Floats
+    normal_z: Floats
+    blocks: Floats  # (blocks, len(Box))
+    order: Ints  # (blocks,), by lower x
+    cells: Ints  # (cells of two blocks,), scratch
+    boxes: Floats  # (cells of two blocks, len(Box)), scratch
+    stamp: Ints  # (nodes,), pass in which a node was last pushed
+    counts: Ints  # (len(FoldCount),)
+    penetration: Floats  # (1,), largest so far, over the unloaded cell
+
+
+class Blows(NamedTuple):
+    """Where the impulses that part lobes and folds are booked."""
+
+    contact: Floats  # J, work on the nodes, by column, or by node of a meridian
+    kinetic: Floats  # J, energy of the nodes, likewise
+    impulse: Floats  # N s, (2,), upwards: on the cargo, of the ground on the fabric
+    stamp: Ints | None  # (nodes,), of `Folds`; None where lobes are parted
+
+
+class State(NamedTuple):
+    """All that changes from step to step and must outlive it."""
+
+    nodes: Nodes
+    now: Floats  # (len(History),), see History
+    steps: Ints  # (1,), steps done
+    choice: Ints  # (2,), of the step: due after so many steps, and the number of steps that was from the last one
+    stable_step: Floats  # (2,), s: as last chosen, at Courant coefficient 1, and the limit found then
+    last_step: Floats  # (1,), s, the step from n-1 to n; 0 at the start, which staggers it
+    kinetic_start: Floats  # (1,), J
+    stored: Floats  # (2,), J, in fabric and in belts at the start
+    made: Floats  # (len(Source),), J, largest so far of what each gave beyond what it had
+    peaks: Floats  # (len(Peak), 3), of the phase under way: value, time (s), row
+    overshoot: Floats  # likewise, of the overshoot once it is over, before that zero
+    felt: Floats  # (1,) m/s^2, acceleration of the cargo behind a low-pass
+    work: Work
+    folds: Folds | None  # None where they are not asked for: kernels without them are compiled in half of the time
+
+
+class Edges(NamedTuple):
+    """A few rows of edges of one direction, kept while the sweep over rows needs them; each flat, (rows*stride,)."""
+
+    x: Floats  # m, edge vector
+    y: Floats
+    z: Floats
+    e: Floats  # elongation, stretch - 1
+    force: Floats  # N/m, edge force over edge length; until the tension is known 1/m, the inverse of the length
+    elastic: Floats  # N/m, its elastic part; until then 1/s, the rate of e at n-1/2
+
+
+class BeltRow(NamedTuple):
+    """The belt on a row of hoop edges; each (stride,)."""
+
+    force: Floats  # N/m, belt force over edge length
+    elastic: Floats  # N/m, its elastic part
+
+
+class Cells(NamedTuple):
+    """Two rows of cells, for shear and for the printed scheme; each flat, (2*stride,), N/m."""
+
+    force_1: Floats  # corner force over the sum of the cell's two generatrix edges
+    elastic_1: Floats  # its elastic part
+    force_2: Floats  # corner force over the sum of the cell's two hoop edges
+    elastic_2: Floats  # its elastic part
+    shear: Floats  # corner force of T12 over the sum of the two edges of the other direction
+
+
+class Rows(NamedTuple):
+    """One row of vectors at the nodes, or two; each flat, (rows*stride,)."""
+
+    x: Floats
+    y: Floats
+    z: Floats
+
+
+class ByRow(NamedTuple):
+    """What the last choice of the step found at each row of nodes; each (n1+1,), zero at held rows."""
+
+    e1: Floats  # largest elongation of the edges above, not below 0
+    e2: Floats  # of the hoop's
+    skew: Floats  # largest squared cosine between an edge of either direction; of the meridian and the radius
+    rate: Floats  # 1/s, two over the longest step
+
+
+class Meridian(NamedTuple):
+    """Scratch of the axisymmetric shell's step, each (n1+1+PAD,): values of edges, n1 of them, in front, and of nodes."""
+
+    x: Floats  # m, edge vector, along the radius
+    z: Floats  # m, upwards
+    e: Floats  # elongation
+    tension_1: Floats  # N/m, T11
+    force: Floats  # N/m, edge force over edge length
+    elastic: Floats  # N/m, its elastic part
+    tension_2: Floats  # N/m, T22 at the nodes
+    belt_force: Floats  # N, tension of the belt
+    belt_elastic: Floats  # N, of its elastic part on the node, inwards
+    pressure: Floats  # Pa
+    mass: Floats  # kg, of the free nodes, 0 of all others
+    per_mass: Floats  # 1/kg, likewise
+    belts: Belts  # likewise
+    hoop: Floats  # N, of the fabric's hoop and the belt on the node, inwards
+    hoop_elastic: Floats  # N, of the elastic part of the fabric's
+    mean_u: Floats  # m/s, mean of the velocities at n-1/2 and n+1/2
+    mean_w: Floats  # m/s
+    free_u: Floats  # m/s, at n+1/2 before contact, but that with the ground
+    free_w: Floats  # m/s
+    kinetic: Floats  # J
+    contact: Floats  # J, scratch
+    lift: Floats  # N s, of the ground on the node in the push
+    impulse: Floats  # (2,), N s, as in Blows
+    by_row: ByRow
+    area: Rows  # m^2, area vectors of the nodes outwards; node i at PAD + i
+    belt_rows: Ints  # rows that carry a belt
+
+
+class Top(NamedTuple):
+    """Largest tension of the step by column, and its row (i + 1/2 between two rows); each (n2 in whole PADs,)."""
+
+    tension: Floats  # N/m
+    row: Floats
+
+
+class ByColumn(NamedTuple):
+    """Sums of the step by column; each (n2 in whole PADs,)."""
+
+    kinetic: Floats  # J
+    lift: Floats  # N s, of the ground on the fabric of the row under way
+    impulse: Floats  # N s, of the ground on the fabric of all rows so far
+    on_ground: Floats  # m^2, of the fabric on the ground
+    on_cargo: Floats  # N s, of the fabric on cover and cargo, upwards
+    rate: Floats  # scratch between steps
+
+
+class Parting(NamedTuple):
+    """The shell before its lobes and folds were parted in the step, each (nodes,), or of size 1 where neither is asked for."""
+
+    before: Nodes  # velocities at n-1/2; of the rows that were parted and their neighbours also the places at n
+    free: Rows  # m/s, velocities at n+1/2 without parting
+    impulse: Floats  # (2,), N s, as in Blows
+
+
+class Sweep(NamedTuple):
+    """Scratch of one step, row by row; nothing in it outlives the step."""
+
+    generatrix: Edges  # 2 rows
+    hoop: Edges  # 3 rows
+    belt: BeltRow
+    tension_1: Floats  # N/m, T11 of the row under way, (stride,)
+    tension_2: Floats  # N/m, T22 or N22
+    cells: Cells
+    force: Rows  # N, of tensions on the nodes of the row under way
+    force_above: Rows  # N, on the nodes of the next row, from the cells below it
+    area: Rows  # m^2, area vectors of the nodes of the row under way, outwards
+    mean: Rows  # m/s, mean of the velocities at n-1/2 and n+1/2; 2 rows
+    pressure: Floats  # Pa, on the nodes of a row, (n2 in whole PADs,)
+    top_generatrix: Top
+    top_hoop: Top
+    top_belt: Top
+    by_column: ByColumn
+    by_row: ByRow
+    parting: Parting

@@ -1,0 +1,47 @@
+"""The drop without a shell: gas of the law's pressure under the cover's area, a piston. Eqs. (2.4), (2.10)."""
+
+from softbrake.core.arrays import Outcome
+from softbrake.core.cargo import push_cargo
+from softbrake.core.columns import History
+from softbrake.core.jit import kernel
+from softbrake.core.loop.ledger import record
+from softbrake.core.loop.time_loop import begin_step, end_step
+from softbrake.core.obstacles import foresee
+from softbrake.core.pressure import pressure_at
+
+
+@kernel
+def advance_lumped(model, state, _, history, interval, most, until):
+    """Advance the cargo alone, as advance does with the shell: (2.4), (2.10). Returns the rows of history and the Outcome.
+
+    Exact for constant pressure, of second order else. Nodes are drawn on a straight wall; they weigh and carry nothing.
+    """
+    now, nodes, rows, done, outcome = state.now, state.nodes, 0, 0, Outcome.RUNNING
+    area, mass = model.hoop.whole * model.cover_area, model.hoop.whole * model.cargo_mass
+    velocity = nodes.w[model.n1]
+    while outcome == Outcome.RUNNING and done < most and now[History.TIME] < until and rows + 1 < history.shape[0]:
+        length, dt = begin_step(model, state)
+        pressure = pressure_at(model.pressure, now[History.TIME])  # (2.10)
+        force = pressure * area
+        old = velocity
+        step = foresee(now, old, model.gravity, dt, length)
+        now[History.PRESSURE] = pressure
+        now[History.COVER_FORCE] = now[History.GROUND_FORCE] = force
+        now[History.GROUND_AREA] = area
+        velocity, height = push_cargo(now, old, step, mass)  # (2.4)
+        if state.steps[0] % interval == 0:
+            record(history, rows, now)
+            rows += 1
+        mean = 0.5 * (old + velocity)
+        now[History.KINETIC_ENERGY] = 0.5 * mass * velocity * velocity
+        now[History.WORK_PRESSURE] += dt * force * mean
+        now[History.WORK_GRAVITY] -= dt * mass * model.gravity * mean
+        outcome = end_step(model, state, length, height)
+        done += 1
+    for i in range(nodes.z.size):
+        nodes.z[i] = now[History.HEIGHT] * i / model.n1
+        nodes.w[i] = velocity * i / model.n1
+    if outcome != Outcome.RUNNING:
+        record(history, rows, now)
+        rows += 1
+    return rows, outcome

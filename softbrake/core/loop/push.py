@@ -1,0 +1,108 @@
+"""New velocities and places of the fabric: Eqs. (3.2), (3.4)."""
+
+from numba import uint64
+
+from softbrake.core.jit import kernel
+from softbrake.core.lanes import FIRST, ONE, close_nodes, close_vectors, lanes
+
+SMALLEST_FORCE = 1e-30  # N
+
+
+@kernel
+def push_row(nodes, force, area, pressure, mean, work, by_column, contact, step, mass, node, row, columns):
+    """Push a row of free nodes from n to n+1, the ground stopping them. Eqs. (3.2), (3.4).
+
+    V^{n+1/2} = V^{n-1/2} + dt (force + pressure area)/mass - dt g;  x^{n+1} = x^n + length V^{n+1/2}.
+    Reads force (N), area (m^2), pressure (Pa) of the row; step: a Step; mass (kg) of a node.
+    Writes nodes at offset node with the copies at both ends of the row; mean at offset row; by_column; work.
+    """
+    dt, length = step.dt, step.length
+    per_mass, half = dt / mass, 0.5 * dt / mass
+    weight = step.gravity * mass
+    for j in range(lanes(columns)):
+        a = node + j
+        b = FIRST + j
+        c = row + j
+        gas_x, gas_y, gas_z = pressure[j] * area.x[b], pressure[j] * area.y[b], pressure[j] * area.z[b]
+        force_x, force_y, force_z = force.x[b] + gas_x, force.y[b] + gas_y, force.z[b] + gas_z - weight
+        mean_u, u = nodes.u[a] + half * force_x, nodes.u[a] + per_mass * force_x
+        mean_v, v = nodes.v[a] + half * force_y, nodes.v[a] + per_mass * force_y
+        mean_w, w = nodes.w[a] + half * force_z, nodes.w[a] + per_mass * force_z
+        work.pressure[j] += dt * (gas_x * mean_u + gas_y * mean_v + gas_z * mean_w)
+        work.gravity[j] -= dt * weight * mean_w
+        by_column.kinetic[j] += 0.5 * mass * (u * u + v * v + w * w)
+        by_column.lift[j] = 0.0
+        mean.x[c] = mean_u
+        mean.y[c] = mean_v
+        mean.z[c] = mean_w
+        nodes.u[a] = u
+        nodes.v[a] = v
+        nodes.w[a] = w
+        nodes.x[a] += length * u
+        nodes.y[a] += length * v
+        nodes.z[a] += length * w
+    if any_below(nodes.z, contact.ground, node, columns):
+        land_row(nodes, area, pressure, mean, work, by_column, contact.ground, step, mass, node, row, columns)
+    close_nodes(nodes, node, columns)
+    close_vectors(mean, row, columns)
+
+
+@kernel
+def any_below(z, ground, node, columns):
+    """Return whether a node of a row is below the ground (m)."""
+    below = 0
+    for j in range(uint64(columns)):
+        below |= int(z[node + j] < ground)
+    return below > 0
+
+
+@kernel
+def land_row(nodes, area, pressure, mean, work, by_column, ground, step, mass, node, row, columns):
+    """Stop a row of pushed nodes at the ground (m): where z^{n+1} would be below it, its impulse leaves it there. Eq. (3.4).
+
+    Reads and writes as push_row, at offsets node, row; by_column.lift (N s).
+    """
+    dt, per_length, weight = step.dt, 1.0 / step.length, step.gravity * mass
+    for j in range(lanes(columns)):
+        a = node + j
+        c = row + j
+        rise = max((ground - nodes.z[a]) * per_length, 0.0)
+        half = 0.5 * rise
+        area_z = area.z[FIRST + j]
+        mean.z[c] += half
+        work.pressure[j] += dt * pressure[j] * area_z * half
+        work.gravity[j] -= dt * weight * half
+        work.ground[j] += mass * rise * mean.z[c]
+        by_column.kinetic[j] += mass * rise * (nodes.w[a] + half)
+        by_column.lift[j] = mass * rise
+        by_column.impulse[j] += mass * rise
+        by_column.on_ground[j] += lying_area(-min(area_z, 0.0), pressure[j], weight, mass * rise / dt)
+        nodes.w[a] += rise
+        nodes.z[a] = max(nodes.z[a], ground)
+
+
+@kernel
+def lying_area(area, pressure, weight, force):
+    """Return how much of a node's area (m^2) lies on the ground, by the part of gas and weight (N) that the ground bears there.
+
+    Cloth lies under its own load; where it lifts off within a cell, tension bears the rest.
+    """
+    return area * min(force / max(pressure * area + weight, SMALLEST_FORCE), 1.0)
+
+
+@kernel
+def hold_row(mean, row, columns, velocity):
+    """Set the mean velocity (m/s) of a row that moves with its cover. Writes mean at offset row."""
+    for j in range(lanes(columns + 2)):
+        a = row - ONE + j
+        mean.x[a] = 0.0
+        mean.y[a] = 0.0
+        mean.z[a] = velocity
+
+
+@kernel
+def lift_row(nodes, node, columns, velocity, height):
+    """Move the row of fabric on the cover to a height (m) at a velocity (m/s). Writes nodes at offset node."""
+    for j in range(lanes(columns + 2)):
+        nodes.z[node - ONE + j] = height
+        nodes.w[node - ONE + j] = velocity

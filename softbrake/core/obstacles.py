@@ -1,0 +1,173 @@
+"""Contact of the fabric with ground, cover and cargo, node by node: unilateral, without rebound."""
+
+from math import sqrt
+
+from numba import uint64
+
+from softbrake.core.arrays import Step
+from softbrake.core.columns import History
+from softbrake.core.jit import kernel
+from softbrake.core.lanes import FIRST, close_nodes, close_vectors
+
+GAP = 1e-6  # m, least distance kept from the cover, so that the side on which cloth lies shows
+BLOW = 100.0  # m/s^2, change of the cargo's acceleration from step to step that the gap allows for
+
+
+@kernel
+def foresee(now, velocity, gravity, dt, length):
+    """Return the Step from n to n+1: dt from n-1/2 to n+1/2 (s), length (s); velocity (m/s) of the cover at n-1/2.
+
+    The cover moves last, by what presses on it; until then its next place is foreseen by its last acceleration.
+    """
+    cover = now[History.HEIGHT]
+    next_cover = cover + length * (velocity + dt * now[History.ACCELERATION])
+    return Step(dt, length, gravity, cover, next_cover, GAP + BLOW * dt * length)
+
+
+@kernel
+def allowed_place(contact, gap, x, y, z, new_x, new_y, new_z):
+    """Return the place nearest to a node's new one that cover and cargo leave it, heights counted from the cover.
+
+    The cover is a disc, met from both sides; the cargo a cylinder standing on it, met at its side and top. Which face a node
+    meets is the one it crosses on its way from its old place, so what was outside stays outside.
+
+                    ┌───────┐           top: held a gap above
+                    │ cargo │           side: moved out along the radius
+             z = 0 ─┴───────┴─ cover    cover: held a gap above or below
+    """
+    side = 1.0 if z > 0.0 else -1.0
+    top, from_above = contact.cargo_height, z > contact.cargo_height
+    if contact.cargo and x * x + y * y < (contact.cargo_radius - gap) ** 2 and not from_above:
+        # The cover moved a little otherwise than foreseen: nothing between it and the top is here, but what lies on them.
+        from_above = z >= 0.5 * top
+        side = 1.0 if from_above else -1.0
+    along_side = False  # from above past the rim of a cargo as wide as the cover
+    if contact.cover and side * new_z < gap:
+        share = (z - side * gap) / (z - new_z) if side * z > gap else 0.0
+        across_x = x + share * (new_x - x)
+        across_y = y + share * (new_y - y)
+        if across_x * across_x + across_y * across_y < contact.cover_radius**2:
+            along_side = side > 0.0 and contact.cargo == 1 and contact.cargo_radius >= contact.cover_radius
+            new_z = new_z if along_side else side * gap
+    if along_side or (contact.cargo and 0.0 < new_z < top + gap):
+        radius = sqrt(new_x * new_x + new_y * new_y)
+        if radius < contact.cargo_radius:
+            share = (z - top - gap) / (z - new_z) if z > top + gap else 0.0
+            across_x = x + share * (new_x - x)
+            across_y = y + share * (new_y - y)
+            if new_z > top or (from_above and across_x * across_x + across_y * across_y < contact.cargo_radius**2):
+                new_z = top + gap
+            else:
+                outwards = contact.cargo_radius / max(radius, gap)
+                new_x *= outwards
+                new_y *= outwards
+    return new_x, new_y, new_z
+
+
+@kernel
+def any_above(z, w, step, node, columns):
+    """Return whether a node of a pushed row is above the cover (less the gap), or was before the step. Reads z (m), w (m/s)."""
+    length, now, before = step.length, step.next_cover - step.gap, step.cover - step.gap
+    above = 0
+    for j in range(uint64(columns)):
+        above |= int(z[node + j] > now) | int(z[node + j] - length * w[node + j] > before)
+    return above > 0
+
+
+@kernel
+def press_row(nodes, jump, area, pressure, mean, work, by_column, contact, step, mass, node, row, columns):
+    """Hold a row of pushed nodes off cover and cargo, and rub it on the cover.
+
+    Reads step: a Step; mass (kg) of a node. Writes nodes at offset node; by_column.on_cargo (N s, of the nodes on cover and
+    cargo, upwards); work.contact; jump: scratch.
+    """
+    xs, ys, zs, us, vs, ws = nodes.x, nodes.y, nodes.z, nodes.u, nodes.v, nodes.w
+    jump_x, jump_y, jump_z, on_cargo = jump.x, jump.y, jump.z, by_column.on_cargo
+    length, cover, next_cover, gap, friction = step.length, step.cover, step.next_cover, step.gap, contact.friction
+    per_length = 1.0 / length
+    for j in range(uint64(columns)):
+        u, v, w = us[node + j], vs[node + j], ws[node + j]
+        x, y, z = xs[node + j], ys[node + j], zs[node + j] - next_cover
+        old_z = zs[node + j] - length * w - cover
+        new_x, new_y, new_z = allowed_place(contact, gap, x - length * u, y - length * v, old_z, x, y, z)
+        jump_u, jump_v, jump_w = (new_x - x) * per_length, (new_y - y) * per_length, (new_z - z) * per_length
+        if friction > 0.0 and abs(new_z) == gap:  # on the cover
+            left = slowed(u + jump_u, v + jump_v, friction * abs(jump_w))
+            jump_u = left * (u + jump_u) - u
+            jump_v = left * (v + jump_v) - v
+        jump_x[FIRST + j] = jump_u
+        jump_y[FIRST + j] = jump_v
+        jump_z[FIRST + j] = jump_w
+        on_cargo[j] -= mass * jump_w
+    stop_row(nodes, jump, area, pressure, mean, work, by_column, step, mass, node, row, columns)
+
+
+@kernel
+def slowed(u, v, most):
+    """Return what friction leaves of a velocity along a level face, of one, where it takes off at most so much (m/s)."""
+    speed = sqrt(u * u + v * v)
+    return 1.0 - min(most / speed, 1.0) if speed > 0.0 else 1.0
+
+
+@kernel
+def rub_row(nodes, jump, area, pressure, mean, work, by_column, contact, step, mass, node, row, columns):
+    """Slow what the ground stopped in the push of a row, by Coulomb's law. Reads by_column.lift (N s); jump: scratch."""
+    u, v, jump_x, jump_y, jump_z, lift = nodes.u, nodes.v, jump.x, jump.y, jump.z, by_column.lift
+    most = contact.friction / mass
+    for j in range(uint64(columns)):
+        lost = slowed(u[node + j], v[node + j], most * lift[j]) - 1.0
+        jump_x[FIRST + j] = lost * u[node + j]
+        jump_y[FIRST + j] = lost * v[node + j]
+        jump_z[FIRST + j] = 0.0
+    stop_row(nodes, jump, area, pressure, mean, work, by_column, step, mass, node, row, columns)
+
+
+@kernel
+def stop_row(nodes, jump, area, pressure, mean, work, by_column, step, mass, node, row, columns):
+    """Give a row of nodes jumps of velocity (m/s) within the step that pushed them: half of each is in the means of the step.
+
+    Books what that changes of the works of gas, weight and ground; those of the tensions follow from the means.
+    Writes nodes, mean, work, by_column.kinetic.
+    """
+    length, dt, weight = step.length, step.dt, step.dt * step.gravity * mass
+    for j in range(uint64(columns)):
+        a = node + j
+        b = FIRST + j
+        c = row + j
+        u, v, w = jump.x[b], jump.y[b], jump.z[b]
+        half_u, half_v, half_w = 0.5 * u, 0.5 * v, 0.5 * w
+        work.pressure[j] += dt * pressure[j] * (area.x[b] * half_u + area.y[b] * half_v + area.z[b] * half_w)
+        work.gravity[j] -= weight * half_w
+        work.ground[j] += by_column.lift[j] * half_w
+        by_column.kinetic[j] += mass * (u * (nodes.u[a] + half_u) + v * (nodes.v[a] + half_v) + w * (nodes.w[a] + half_w))
+        mean.x[c] += half_u
+        mean.y[c] += half_v
+        mean.z[c] += half_w
+        work.contact[j] += mass * (u * mean.x[c] + v * mean.y[c] + w * mean.z[c])
+        shift(nodes, a, length, u, v, w)
+    close_nodes(nodes, node, columns)
+    close_vectors(mean, row, columns)
+
+
+@kernel
+def jolt(nodes, blows, a, slot, mass, length, u, v, w):
+    """Give node a a jump of velocity (m/s) at n+1/2, after the step that pushed it.
+
+    For contact between rows, whose works are booked already; add_jump_work and add_contact_work amend them. Writes nodes,
+    and the work (J) to a slot of blows.
+    """
+    gain = mass * (u * (nodes.u[a] + 0.5 * u) + v * (nodes.v[a] + 0.5 * v) + w * (nodes.w[a] + 0.5 * w))
+    blows.contact[slot] += gain
+    blows.kinetic[slot] += gain
+    shift(nodes, a, length, u, v, w)
+
+
+@kernel
+def shift(nodes, a, length, u, v, w):
+    """Change the velocity of node a by u, v, w (m/s) and its place by what that makes in a step (s)."""
+    nodes.x[a] += length * u
+    nodes.y[a] += length * v
+    nodes.z[a] += length * w
+    nodes.u[a] += u
+    nodes.v[a] += v
+    nodes.w[a] += w

@@ -1,0 +1,48 @@
+"""Excess pressure in time, Eq. (2.10), and its damping by the moving fabric, Eq. (2.11)."""
+
+from math import cos, pi, sin, sqrt
+
+from numba import uint64
+
+from softbrake.core.arrays import PressureLaw
+from softbrake.core.jit import kernel
+from softbrake.core.lanes import FIRST
+
+SMALLEST_AREA = 1e-60  # m^2
+
+
+@kernel
+def pressure_at(pressure, time):
+    """Return p~ (Pa) at a time (s): constant, Eq. (2.10), or a table, linear between its rows and level outside."""
+    if pressure.law == PressureLaw.CONSTANT:
+        return pressure.value
+    if pressure.law == PressureLaw.SINE:
+        if time <= pressure.peak_time:
+            return pressure.value * sin(0.5 * pi * time / pressure.peak_time)
+        if time < pressure.end_time:
+            return pressure.value * cos(0.5 * pi * (time - pressure.peak_time) / (pressure.end_time - pressure.peak_time))
+        return 0.0
+    times = pressure.times
+    values = pressure.values
+    if time <= times[0]:
+        return values[0]
+    for k in range(1, times.size):
+        if time < times[k]:
+            share = (time - times[k - 1]) / (times[k] - times[k - 1])
+            return values[k - 1] + share * (values[k] - values[k - 1])
+    return values[-1]
+
+
+@kernel
+def update_damped_pressure(pressure, uniform, nodes, area, on_nodes, node, count):
+    """Update the pressure on a number of nodes in a row by their normal velocities V^n at n-1/2. Eq. (2.11).
+
+    Reads uniform: p~ (Pa); nodes at offset node; area. Writes on_nodes (Pa).
+    """
+    for j in range(uint64(count)):
+        a = node + j
+        b = FIRST + j
+        square = area.x[b] * area.x[b] + area.y[b] * area.y[b] + area.z[b] * area.z[b]
+        through = nodes.u[a] * area.x[b] + nodes.v[a] * area.y[b] + nodes.w[a] * area.z[b]
+        factor = 1.0 - pressure.damping * through / sqrt(max(square, SMALLEST_AREA))
+        on_nodes[j] = uniform * factor * abs(factor)

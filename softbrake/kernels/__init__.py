@@ -1,1 +1,0 @@
-"""Compiled kernels on plain arrays; they know nothing of case files, results or the command line."""

@@ -1,0 +1,295 @@
+"""Pictures of a result file: curves with deformed profiles, and the drop in three dimensions."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from softbrake.sim.result_file import (
+    Snapshots,
+    belt_rows,
+    read_case,
+    read_history,
+    read_snapshots,
+    read_summary,
+    read_tension_scale,
+)
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+from softbrake.report.plots.style import BLUE, GREEN, GREY, INK, ORANGE, RED, STYLE, PlotError, load_matplotlib, save
+
+CARGO_COLOUR, COVER_COLOUR, GROUND_COLOUR = "#b98b57", "#4a4f57", "#dfe2e4"
+TENSION_COLOURS = ["#f6f1e4", "#f4cf8c", "#e98a48", "#c23a33", "#6d1330"]
+
+
+def plot_result(path: Path | str, picture: Path | str, dimensionless: bool = False) -> None:
+    """Draw profiles and curves of a result file to `picture`: .png, .svg or .pdf.
+
+    `dimensionless` divides tensions by `results.tension_scale`. Raises PlotError and ResultError.
+    """
+    save(result_figure(path, dimensionless), picture)
+
+
+def draw_drop(path: Path | str, picture: Path | str, instants: int = 4) -> None:
+    """Draw `instants` snapshots side by side in three dimensions, coloured by hoop tension. Raises PlotError and ResultError."""
+    save(drop_figure(path, instants), picture)
+
+
+def result_figure(path: Path | str, dimensionless: bool = False) -> Figure:
+    """The figure of `plot_result`."""
+    mpl = load_matplotlib()
+    case, history, summary = read_case(path), read_history(path), read_summary(path)
+    scale, unit = 1e3, "kN/m"
+    if dimensionless:
+        scale, unit = read_tension_scale(path), "T / (T$_0$/L)"
+        if scale == 0.0:
+            raise PlotError(f"{path}: a run without pressure has no dimensionless tensions")
+    shots = read_snapshots(path)
+    if len(shots.times) == 0 or len(history) == 0:
+        raise PlotError(f"{path}: the run stopped before it recorded anything")
+
+    with mpl.rc_context(STYLE):
+        figure: Figure = mpl.figure.Figure(figsize=(12.0, 7.6), layout="constrained")
+        figure.suptitle(_headline(case, summary), fontsize=12, parse_math=False)  # a title may hold dollars
+        parts: Any = figure.subfigures(1, 2, width_ratios=(1.0, 1.15))
+        left, right = parts
+        _draw_profiles(left.subplots(3, 2, sharex=True, sharey=True), case, shots)
+        speed, brake, tension, energy = axes = right.subplots(4, 1, sharex=True)
+        time = history["time"] * 1e3
+        _draw_speed(speed, case, history, summary)
+        brake.plot(time, history["acceleration"] / case["gravity"] if case["gravity"] else history["acceleration"], color=RED)
+        brake.set(title="Deceleration of the cargo", ylabel="g" if case["gravity"] else "m/s²")
+        for name, label, colour in (
+            ("tension_generatrix", "generatrix", BLUE),
+            ("tension_hoop", "hoop", ORANGE),
+            ("tension_belt", "belt", GREEN),
+        ):
+            if case["model"]["fidelity"] != "lumped" and (name != "tension_belt" or case["belts"]):
+                tension.plot(time, history[name] / scale, color=colour, label=label)
+        none = " (a lumped run has no shell)" if case["model"]["fidelity"] == "lumped" else ""
+        tension.set(title=f"Largest tensions{none}", ylabel=unit)
+        _draw_energy(energy, history)
+        for panel in axes:
+            panel.margins(x=0.0)
+            panel.axhline(0.0, color=GREY, linewidth=0.6, zorder=0)
+            if panel.get_legend_handles_labels()[0]:
+                panel.legend(loc="center left", bbox_to_anchor=(1.0, 0.5))
+        energy.set_xlabel("time, ms")
+    return figure
+
+
+def drop_figure(path: Path | str, instants: int = 4) -> Figure:
+    """The figure of `draw_drop`."""
+    mpl = load_matplotlib()
+    from matplotlib.collections import PolyCollection
+
+    case, shots = read_case(path), read_snapshots(path, "tension_hoop")
+    if len(shots.times) == 0:
+        raise PlotError(f"{path}: the run stopped before it recorded anything")
+    tension = shots.fields["tension_hoop"] * 1e-3
+    chosen = moments(shots, instants)
+    limit = float(np.percentile(tension[chosen], 99.5))
+    limit = limit if limit > 0.0 else 1.0
+    colours = mpl.colors.LinearSegmentedColormap.from_list("tension", TENSION_COLOURS)
+    reach = 1.1 * max(0.8 * case["shell"]["diameter"], float(np.abs(shots.xyz[chosen, ..., :2]).max()))
+    pitch = np.array([2.1 * reach, 0.0])
+
+    with mpl.rc_context(STYLE):
+        figure: Figure = mpl.figure.Figure(figsize=(2.9 * len(chosen), 4.3), layout="constrained")
+        axes = figure.subplots()
+        axes.set_aspect("equal")
+        axes.axis("off")
+        for place, shot in enumerate(chosen):
+            shift = place * pitch
+            depth = reach * np.sin(_ELEVATION)
+            axes.add_patch(mpl.patches.Ellipse(shift, 2 * reach, 2 * depth, facecolor=GROUND_COLOUR, linewidth=0, zorder=0))
+            faces, paint, widths = _scene(case, shots.xyz[shot], tension[shot] / limit, colours)
+            axes.add_collection(
+                PolyCollection([face + shift for face in faces], facecolors=paint, edgecolors=paint, linewidths=widths)
+            )
+            label = f"{shots.times[shot] * 1e3:.0f} ms\n{-shots.velocity[shot]:.2f} m/s"
+            axes.text(shift[0], -1.3 * depth, label, ha="center", va="top", fontsize=11, color=INK)
+        axes.autoscale_view()
+        axes.margins(0.01)
+        bar = figure.colorbar(
+            mpl.cm.ScalarMappable(mpl.colors.Normalize(0.0, limit), colours), ax=axes, shrink=0.6, aspect=18, pad=0.01
+        )
+        bar.set_label("hoop tension, kN/m")
+        bar.outline.set_visible(False)
+    return figure
+
+
+def _headline(case: dict[str, Any], summary: Any) -> str:
+    if summary is None:
+        answer = "unfinished run"
+    elif summary.impact_velocity is not None:
+        answer = f"impact at {summary.impact_velocity:.3f} m/s, free fall {summary.free_fall_velocity:.3f} m/s"
+    else:
+        answer = f"{summary.outcome.replace('_', ' ')}, no impact"
+    return f"{case['title']}\n{answer}"
+
+
+def moments(shots: Snapshots, count: int) -> list[int]:
+    """Indices of at most `count` snapshots, evenly spaced in time, first and last among them; none that a divergence spoilt."""
+    sound = np.flatnonzero(np.isfinite(shots.xyz).all(axis=(1, 2, 3)))
+    times = shots.times[sound]
+    return sorted({int(sound[np.argmin(np.abs(times - time))]) for time in np.linspace(times[0], times[-1], count)})
+
+
+def cut(shots: Snapshots, shot: int) -> list[tuple[NDArray[Any], NDArray[Any]]]:
+    """Radius (m, negative on the left) and height (m) of column 0 of a snapshot and of the column opposite, each (n1+1,)."""
+    sides = []
+    for column, side in ((0, 1.0), (shots.xyz.shape[2] // 2, -1.0)):
+        outward = shots.xyz[0, 0, column, :2] / np.hypot(*shots.xyz[0, 0, column, :2])
+        sides.append((side * (shots.xyz[shot, :, column, :2] @ outward), shots.xyz[shot, :, column, 2]))
+    return sides
+
+
+def _draw_profiles(panels: NDArray[Any], case: dict[str, Any], shots: Snapshots) -> None:
+    """The cut through column 0 and the opposite one, at six instants."""
+    n2 = case["grid"]["hoop"]
+    rows = belt_rows([belt["height"] for belt in case["belts"]], case["shell"]["height"], case["grid"]["generatrix"])
+    radius, box = case["shell"]["diameter"] / 2, case["cargo"]["diameter"]
+    top = min(case["cargo"].get("height", np.inf), 0.48 * case["shell"]["diameter"])  # of the cargo, as far as there is room
+    chosen = moments(shots, panels.size)
+    reach = 1.1 * max(radius * 1.6, float(np.abs(shots.xyz[chosen][..., [0, n2 // 2], :2]).max()))
+    for panel, shot in zip(panels.flat, chosen, strict=False):
+        for side, (r, z) in zip((1.0, -1.0), cut(shots, shot), strict=True):
+            panel.plot(r, z, color=BLUE, linewidth=1.3, label="shell" if side > 0 else None)
+            panel.plot(r[rows], z[rows], "o", color=GREEN, markersize=3.5, label="belts" if side > 0 and rows else None)
+        height = shots.height[shot]
+        panel.fill_between([-box / 2, box / 2], height, height + top, facecolor=CARGO_COLOUR, edgecolor=INK, linewidth=0.8)
+        panel.plot([-radius, radius], [height, height], color=INK, linewidth=2.0, solid_capstyle="butt")
+        panel.axhspan(-0.08 * case["shell"]["height"], 0.0, color=GROUND_COLOUR, linewidth=0)
+        panel.axhline(0.0, color=INK, linewidth=0.8)
+        panel.set_title(
+            f"{shots.times[shot] * 1e3:.1f} ms   {round(-shots.velocity[shot], 2) + 0.0:.2f} m/s", fontweight="normal"
+        )
+        panel.set(
+            aspect="equal",
+            xlim=(-reach, reach),
+            ylim=(-0.08 * case["shell"]["height"], shots.height[0] + 0.57 * case["shell"]["diameter"]),
+        )
+        panel.set_xticks(np.round([-radius, 0.0, radius], 6))
+        panel.grid(False)
+    panels[0, 0].legend(loc="upper right", borderpad=0.0, handlelength=1.0, borderaxespad=0.0)
+    for panel in panels[-1]:
+        panel.set_xlabel("r, m")
+    for panel in panels[:, 0]:
+        panel.set_ylabel("z, m")
+    for panel in panels.flat[len(chosen) :]:
+        panel.set_axis_off()
+
+
+def _draw_speed(axes: Axes, case: dict[str, Any], history: NDArray[Any], summary: Any) -> None:
+    """Downward speed, with free fall down to the ground beside it."""
+    time = history["time"]
+    start, gravity, drop = case["cargo"]["velocity"], case["gravity"], case["shell"]["height"]
+    landing = (np.sqrt(start**2 + 2 * gravity * drop) - start) / gravity if gravity else drop / start
+    falling = np.linspace(0.0, min(landing, time[-1]), 50)
+    axes.plot(time * 1e3, -history["velocity"], color=BLUE, label="cargo")
+    axes.plot(falling * 1e3, start + gravity * falling, color=GREY, linestyle="--", label="free fall")
+    if summary is not None and summary.impact_velocity is not None:
+        axes.plot([summary.impact_time * 1e3], [summary.impact_velocity], "o", color=RED, label="impact", clip_on=False)
+    axes.set(title="Speed of the cargo, downwards", ylabel="m/s")
+
+
+def _draw_energy(axes: Axes, history: NDArray[Any]) -> None:
+    """Kinetic energy and what changed it since the start."""
+    time = history["time"] * 1e3
+    axes.plot(time, history["kinetic_energy"] * 1e-3, color=INK, label="kinetic energy")
+    for label, colour, names in (
+        ("work of gas", ORANGE, ("pressure",)),
+        ("work of gravity", GREEN, ("gravity",)),
+        ("work of fabric, belts", BLUE, ("elastic", "viscous", "belts")),
+        ("work of contact", GREY, ("ground", "contact")),
+    ):
+        axes.plot(time, sum(history[f"work_{name}"] for name in names) * 1e-3, color=colour, label=label)
+    axes.set(title="Energy", ylabel="kJ")
+
+
+_AZIMUTH, _ELEVATION = np.radians(25.0), np.radians(16.0)
+_RIGHT = np.array([np.cos(_AZIMUTH), np.sin(_AZIMUTH), 0.0])
+_TOWARDS = np.array([np.sin(_AZIMUTH) * np.cos(_ELEVATION), -np.cos(_AZIMUTH) * np.cos(_ELEVATION), np.sin(_ELEVATION)])
+_UP = np.cross(_TOWARDS, _RIGHT)
+_LIGHT = 0.6 * _TOWARDS - 0.45 * _RIGHT + 0.65 * _UP
+
+
+def _project(xyz: NDArray[Any]) -> tuple[NDArray[Any], NDArray[Any]]:
+    """Place in the picture (…, 2) and nearness to the eye (…)."""
+    return np.stack((xyz @ _RIGHT, xyz @ _UP), axis=-1), xyz @ _TOWARDS
+
+
+def _scene(
+    case: dict[str, Any], xyz: NDArray[Any], tension: NDArray[Any], colours: Any
+) -> tuple[list[NDArray[Any]], NDArray[Any], NDArray[Any]]:
+    """Shell, belts, cover and cargo as polygons in the picture, farthest first: corners, colours, line widths."""
+    diameter, height = case["shell"]["diameter"], float(xyz[-1, :, 2].mean())
+    xyz, tension = (np.concatenate((values, values[:, :1]), axis=1).astype(float) for values in (xyz, tension))
+    shell = _quads(xyz)
+    level = 0.25 * (tension[:-1, :-1] + tension[:-1, 1:] + tension[1:, 1:] + tension[1:, :-1]).ravel()
+    rows = belt_rows([belt["height"] for belt in case["belts"]], case["shell"]["height"], case["grid"]["generatrix"])
+    belts = np.stack((xyz[rows, :-1], xyz[rows, 1:]), axis=-2).reshape(-1, 2, 3)
+    cover, crate = _cover(height, diameter), _crate(height + 0.03 * diameter, 0.64 * diameter)
+
+    faces, paint, widths, nearness = [], [], [], []
+    # Parts that touch are told apart by a nudge towards the eye or away from it, in diameters.
+    for polygons, colour, width, nudge in (
+        (shell, _shade(colours(level), shell), 0.4, 0.0),
+        (cover, _shade(COVER_COLOUR, cover), 0.4, -0.02),
+        (crate, _shade(CARGO_COLOUR, crate), 0.4, 0.02),
+        (belts, np.tile(_shade(INK), (len(belts), 1)), 1.6, 0.06),
+    ):
+        places, near = _project(polygons)
+        faces += [*places]
+        paint.append(colour)
+        widths.append(np.full(len(polygons), width))
+        nearness.append(near.mean(axis=1) + nudge * diameter)
+    order = np.argsort(np.concatenate(nearness))
+    return [faces[k] for k in order], np.concatenate(paint)[order], np.concatenate(widths)[order]
+
+
+def _quads(grid: NDArray[Any]) -> NDArray[Any]:
+    """Cells (…, 4, 3) of a grid of points (rows, columns, 3)."""
+    return np.stack((grid[:-1, :-1], grid[:-1, 1:], grid[1:, 1:], grid[1:, :-1]), axis=-2).reshape(-1, 4, 3)
+
+
+def _cover(height: float, diameter: float) -> NDArray[Any]:
+    """Rim and top of the plate on the shell, in small quads, m."""
+    angle = np.linspace(0.0, 2 * np.pi, 73)
+    circle = np.stack((np.cos(angle), np.sin(angle), 0.0 * angle), axis=-1)
+    rings = np.array([circle, *(circle * size for size in np.linspace(1.0, 0.0, 9))]) * 0.5 * diameter
+    rings[0, :, 2] += height
+    rings[1:, :, 2] += height + 0.03 * diameter
+    return _quads(rings)
+
+
+def _crate(height: float, side: float) -> NDArray[Any]:
+    """Walls and top of the cargo, in small quads, m."""
+    line = np.linspace(-0.5, 0.5, 13)
+    u, v = np.meshgrid(line, line)
+    half = np.full_like(u, 0.5)
+    walls = [(u, -half, v), (half, u, v), (-u, half, v), (-half, -u, v), (u, v, half)]
+    unit = np.concatenate([_quads(np.stack(wall, axis=-1)) for wall in walls])
+    unit *= [side, side, 0.75 * side]
+    unit[..., 2] += height + 0.375 * side
+    return unit
+
+
+def _shade(colour: str | NDArray[Any], faces: NDArray[Any] | None = None) -> NDArray[Any]:
+    """One colour or (n, 4) colours, darkened by the angle between each face and the light."""
+    from matplotlib.colors import to_rgba
+
+    rgba = np.atleast_2d(np.array(to_rgba(colour)) if isinstance(colour, str) else colour)
+    if faces is None:
+        return rgba
+    normal = np.cross(faces[:, 2] - faces[:, 0], faces[:, -1] - faces[:, 1])
+    normal /= np.linalg.norm(normal, axis=1, keepdims=True) + 1e-12
+    normal *= np.where(normal @ _TOWARDS < 0, -1.0, 1.0)[:, None]  # cloth is seen from both sides
+    light = 0.62 + 0.42 * np.clip(normal @ _LIGHT, 0.0, 1.0)
+    return np.column_stack((np.clip(rgba[:, :3] * light[:, None], 0.0, 1.0), np.ones(len(faces))))

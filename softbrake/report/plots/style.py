@@ -1,0 +1,55 @@
+"""Colours and style of all pictures, and how they are written."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+INK, BLUE, ORANGE, GREEN, RED, GREY = "#222222", "#1f6fb4", "#e07b00", "#2e8b57", "#c0392b", "#8a8f98"
+STYLE = {
+    "font.size": 9.0,
+    "axes.titlesize": 9.5,
+    "axes.titleweight": "bold",
+    "axes.titlelocation": "left",
+    "axes.spines.top": False,
+    "axes.spines.right": False,
+    "axes.grid": True,
+    "grid.color": "#e6e6e6",
+    "legend.frameon": False,
+    "legend.fontsize": 8.0,
+}
+
+
+class PlotError(Exception):
+    """No picture can be made; the message is one line for the user."""
+
+
+def load_matplotlib() -> Any:
+    """Import what pictures need. Raises PlotError."""
+    try:
+        import matplotlib.cm
+        import matplotlib.colors
+        import matplotlib.figure
+        import matplotlib.patches
+    except ImportError as error:
+        raise PlotError("pictures need matplotlib: pip install 'softbrake[plot]'") from error
+    return matplotlib
+
+
+def check_picture(picture: Path | str) -> None:
+    """Raise PlotError where no picture of this name can be drawn."""
+    if Path(picture).suffix.lower() not in (".png", ".svg", ".pdf"):
+        raise PlotError(f"{picture}: the name of a picture ends in .png, .svg or .pdf")
+    load_matplotlib()
+
+
+def save(figure: Figure, picture: Path | str) -> None:
+    """Write a figure to a picture. Raises PlotError."""
+    check_picture(picture)
+    try:
+        figure.savefig(picture, dpi=150, bbox_inches="tight", pad_inches=0.1)
+    except OSError as error:
+        raise PlotError(f"{picture}: cannot be written: {error.strerror or error}") from error

@@ -1,0 +1,360 @@
+"""Case -> Model, State, Sweep: the one place that allocates their arrays."""
+
+from collections.abc import Sequence
+from dataclasses import replace
+from math import cos, inf, pi, sin
+
+import numpy as np
+
+from softbrake.case.case import ONE_COLUMN, Case
+from softbrake.core.arrays import (
+    BLOCK,
+    PAD,
+    BeltRow,
+    Belts,
+    Box,
+    ByColumn,
+    ByRow,
+    Cells,
+    Contact,
+    Edges,
+    Fabric,
+    Floats,
+    FoldCount,
+    Folds,
+    Hoop,
+    Law,
+    Lobes,
+    Meridian,
+    Model,
+    Nodes,
+    Parting,
+    Peak,
+    Pressure,
+    PressureLaw,
+    Rows,
+    Scheme,
+    Source,
+    State,
+    Sweep,
+    Top,
+    Work,
+)
+from softbrake.core.columns import History
+
+OVERSHOOT = 0.9  # of the shell's height: below 0.913 a static wall touches the covers, and contact decides what it bears
+LUMPED_STEPS = 2000  # in which the cargo would fall the shell's height at its first velocity
+WEIGHINGS = 4
+PAIRS_PER_NODE = 0.25  # near one another, of folds, to begin with
+BY_PAIR = ("pairs", "wake", "awake", "contacts")  # arrays of `Folds` with room for the pairs
+PLEATS = 64  # the same of a meridian, all of whose segments may lie on one another
+FREE = 1  # first free node of a meridian
+SLIVER = 1e-3  # least part of a belt that a row carries, of what the row with most of it does
+
+
+def build_model(case: Case) -> Model:
+    """Return the constants of a case on its grid.
+
+    Hoop edges are chords of arcs on which cloth and gas are reckoned, so that a round shell is one of circles. A node has
+    the mass of the cloth halfway to its neighbours, and of the belts there; a belt is shared by the rows in proportion to the
+    part of its width that lies in each one's half cells.
+    """
+    n1, hoop = case.grid.generatrix, case.grid.hoop
+    n2 = hoop if case.model.fidelity == "full" else 1
+    radius = 0.5 * case.shell.diameter
+    h1 = case.shell.height / n1
+    h2 = 2.0 * radius * sin(pi / hoop)
+    cloth = case.fabric
+    contraction = 1.0 - cloth.nu12 * cloth.nu21
+    true_tension = cloth.law == "true_tension"
+    fabric = Fabric(
+        law=int(Law[cloth.law.upper()]),
+        h1=h1,
+        h2=h2,
+        e11=cloth.E11,
+        e22=cloth.E22,
+        c11=cloth.E11 / contraction,
+        c22=cloth.E22 / contraction,
+        c12=cloth.nu12 * cloth.E11 / contraction,
+        g12=cloth.G12,
+        viscosity=cloth.viscosity,
+        floor=-inf if cloth.slack == "compression" else 0.0,
+        true_tension=float(true_tension),
+    )
+    whole = 2.0 * pi * radius / (n2 * h2)  # with the cloth of arcs
+    share = np.full(n1 + 1, h1)
+    share[[0, -1]] *= 0.5
+    line_mass = cloth.areal_density * share
+    belts = Belts(*(np.zeros(n1 + 1) for _ in Belts._fields))
+    # By (2.3) N22 feels e11, but T11 nothing of the belt: no potential allows that, so other laws make it a plain filament.
+    coupling = fabric.c12 if true_tension else 0.0
+    for belt in case.belts:
+        width = _overlap(belt.height, belt.width, n1, h1)
+        part = width / belt.width
+        line_mass += belt.line_density * part
+        belts.width[:] += width
+        belts.stiffness[:] += belt.stiffness / (contraction if true_tension else 1.0) * part
+        belts.coupling[:] += coupling * width
+        belts.viscosity[:] += cloth.viscosity * width
+    per_mass = np.concatenate(([0.0], 1.0 / (line_mass[1:-1] * h2), [0.0]))
+    below, above = _pulls(per_mass, np.zeros_like(per_mass))
+    shared = 4.0 * per_mass
+    if case.model.scheme == "cell":
+        shared = np.add(*_pulls(per_mass, shared * belts.stiffness / (fabric.c22 * h1)))
+    law = case.pressure
+    return Model(
+        n1=n1,
+        n2=n2,
+        stride=1 if case.model.fidelity in ONE_COLUMN else PAD + _lanes(n2) + PAD,
+        scheme=int(Scheme[case.model.scheme.upper()]),
+        courant=case.time.courant,
+        end=case.time.end,
+        gravity=case.gravity,
+        crushing=OVERSHOOT * case.shell.height,
+        radius=radius,
+        cargo_mass=case.cargo.mass / whole,
+        cover_area=pi * radius * radius / whole,
+        most_gas_work=law.largest * pi * case.shell.diameter**2 * case.shell.height,
+        mass=0.0 * line_mass if case.model.fidelity == "lumped" else line_mass * h2,
+        per_mass=per_mass,
+        below=below,
+        above=above,
+        shared=shared,
+        fabric=fabric,
+        belts=belts,
+        lobes=_lobes(belts.width if "belts" in case.contact else np.zeros(n1 + 1)),
+        pressure=Pressure(
+            law=int(PressureLaw[law.law.upper()]),
+            value=law.value,
+            peak_time=law.peak_time,
+            end_time=law.end_time,
+            times=np.array(law.times, float),
+            values=np.array(law.values, float),
+            damping=law.damping,
+            most=law.largest,
+        ),
+        contact=Contact(
+            ground=0.0 if "ground" in case.contact else -inf,
+            friction=case.friction,
+            cover=int("cover" in case.contact),
+            cover_radius=radius,
+            cargo=int("cargo" in case.contact),
+            cargo_radius=0.5 * case.cargo.diameter,
+            cargo_height=inf if case.cargo.height is None else case.cargo.height,
+            axis=int("axis" in case.contact),
+        ),
+        hoop=Hoop(
+            whole=whole,
+            gas=1.0 if case.model.fidelity in ONE_COLUMN else 1.0 / cos(pi / hoop),
+            cos=cos(2.0 * pi / hoop),
+        ),
+    )
+
+
+def _pulls(per_mass: Floats, own: Floats) -> tuple[Floats, Floats]:
+    """Return `Model.below` and `Model.above` for a chain of rows: Gershgorin's theorem with a weight for each row.
+
+    It holds for any weights. Those of a power iteration never raise the bound (Collatz, Wielandt); a few light rows between
+    heavy ones cannot move as freely as many, which even weights do not know.
+    own: likewise (1/kg), of what holds a row besides, in parts of the chain's stiffness.
+    """
+    weight, below, above = np.ones_like(per_mass), np.zeros_like(per_mass), np.zeros_like(per_mass)
+    for _ in range(WEIGHINGS):
+        below[1:-1] = per_mass[1:-1] + weight[:-2] / weight[1:-1] * per_mass[:-2]
+        above[1:-1] = per_mass[1:-1] + weight[2:] / weight[1:-1] * per_mass[2:]
+        rate = (below + above + own)[1:-1]
+        weight[1:-1] *= rate / rate.max(initial=0.0)
+    return below, above
+
+
+def build_state(case: Case, model: Model) -> State:
+    """Return the state at first contact: unloaded shell, all of it falling with the cargo but the row on the ground."""
+    one_column, stride = case.model.fidelity in ONE_COLUMN, model.stride
+    angle = np.zeros(1) if one_column else 2.0 * pi * (np.arange(stride) - PAD) / case.grid.hoop
+    radius = 0.5 * case.shell.diameter
+    rows = model.n1 + 1
+    nodes = Nodes(*(_rows(1, rows + PAD, Nodes._fields, FREE) if one_column else _rows(rows, stride, Nodes._fields)))
+    x, y, z, _, _, w = (part[: rows * stride].reshape(rows, stride) for part in nodes)
+    height = np.linspace(0.0, case.shell.height, rows)[:, None]
+    x[:], y[:], z[:] = radius * np.cos(angle), radius * np.sin(angle), height
+    w[:] = np.where(height > 0.0, -case.cargo.velocity, 0.0)
+    now = np.zeros(len(History))
+    now[History.HEIGHT] = case.shell.height
+    now[History.VELOCITY] = -case.cargo.velocity
+    moving = model.hoop.whole * (model.cargo_mass + model.n2 * model.mass[1:].sum())
+    now[History.KINETIC_ENERGY] = 0.5 * moving * case.cargo.velocity**2
+    return State(
+        nodes=nodes,
+        now=now,
+        steps=np.zeros(1, np.int64),
+        choice=np.array([0, 1], np.int64),
+        stable_step=np.array([case.shell.height / case.cargo.velocity / LUMPED_STEPS, 0.0]),  # others choose theirs
+        last_step=np.zeros(1),
+        kinetic_start=np.array([now[History.KINETIC_ENERGY]]),
+        stored=np.zeros(2),
+        made=np.zeros(len(Source)),
+        peaks=np.zeros((len(Peak), 3)),
+        overshoot=np.zeros((len(Peak), 3)),
+        felt=np.zeros(1),
+        work=Work(*(_rows(1, rows + PAD, Work._fields, FREE) if one_column else _rows(1, _lanes(model.n2), Work._fields))),
+        folds=build_folds(rows * stride, model.n1, model.n2, PLEATS if one_column else PAIRS_PER_NODE)
+        if "folds" in case.contact and case.model.fidelity != "lumped"
+        else None,
+    )
+
+
+def build_folds(nodes: int, rows: int, columns: int, pairs: float) -> Folds:
+    """Return the arrays of the contact of folds, for so many nodes with so many pairs each, rows and columns of cells.
+
+    nodes: size of their arrays.
+    """
+    blocks, room = -(-rows // BLOCK) * -(-columns // BLOCK), int(pairs * nodes)
+    return Folds(
+        pairs=np.zeros(room, np.int64),
+        wake=np.zeros(room),
+        awake=np.zeros(room, np.int64),
+        contacts=np.zeros((room, 9)),
+        path=np.zeros(nodes),
+        step=np.zeros(nodes),
+        margin=np.full(nodes, -1.0),  # used up
+        face_path=np.zeros(nodes),
+        face_step=np.zeros(nodes),
+        scale=np.ones(1),
+        normal_x=np.zeros(nodes),
+        normal_y=np.zeros(nodes),
+        normal_z=np.zeros(nodes),
+        blocks=np.zeros((blocks, len(Box))),
+        order=np.arange(blocks),
+        cells=np.zeros(2 * (BLOCK + 1) * BLOCK, np.int64),
+        boxes=np.zeros((2 * (BLOCK + 1) * BLOCK, len(Box))),
+        stamp=np.zeros(nodes, np.int64),
+        counts=np.zeros(len(FoldCount), np.int64),
+        penetration=np.zeros(1),
+    )
+
+
+def with_room(folds: Folds) -> Folds:
+    """Return the arrays of the contact of folds with room for twice as many pairs, and those there are."""
+    folds.counts[FoldCount.CRAMPED] = 0
+    folds.counts[FoldCount.STALE] = 1  # some pairs found no room
+    folds.scale[0] = 1.0
+    more = {name: np.concatenate((part, np.zeros_like(part))) for name, part in folds._asdict().items() if name in BY_PAIR}
+    return folds._replace(**more)
+
+
+def build_sweep(model: Model, folds: bool = False) -> Sweep:
+    """Return the scratch arrays of a step; folds: whether those are asked for."""
+    lanes, stride = _lanes(model.n2), model.stride
+    return Sweep(
+        generatrix=Edges(*_rows(2, stride, Edges._fields)),
+        hoop=Edges(*_rows(3, stride, Edges._fields)),
+        belt=BeltRow(*_rows(1, stride, BeltRow._fields)),
+        tension_1=_rows(1, stride, ("tension_1",))[0],
+        tension_2=_rows(1, stride, ("tension_2",))[0],
+        cells=Cells(*_rows(2, stride, Cells._fields)),
+        force=Rows(*_rows(1, stride, Rows._fields)),
+        force_above=Rows(*_rows(1, stride, Rows._fields)),
+        area=Rows(*_rows(1, stride, Rows._fields)),
+        mean=Rows(*_rows(2, stride, Rows._fields)),
+        pressure=_rows(1, lanes, ("pressure",))[0],
+        top_generatrix=Top(*_rows(1, lanes, Top._fields)),
+        top_hoop=Top(*_rows(1, lanes, Top._fields)),
+        top_belt=Top(*_rows(1, lanes, Top._fields)),
+        by_column=ByColumn(*_rows(1, lanes, ByColumn._fields)),
+        by_row=_by_row(model),
+        parting=_parting(model, folds),
+    )
+
+
+def _parting(model: Model, folds: bool) -> Parting:
+    count, size = (model.n1 + 1, model.stride) if folds or model.lobes.below.size > 0 else (1, 1)
+    before, free = (_rows(count, size, fields) for fields in (Nodes._fields, Rows._fields))
+    return Parting(Nodes(*before), Rows(*free), np.zeros(2))
+
+
+def build_meridian(model: Model) -> Meridian:
+    """Return the scratch arrays of a step of the axisymmetric shell."""
+    nodes = model.n1 + 1 + PAD
+    edges = ("x", "z", "e", "tension_1", "force", "elastic")
+    others = [name for name in Meridian._fields if name not in (*edges, "area", "belts", "belt_rows", "by_row", "impulse")]
+    scratch = dict(zip(edges, _rows(1, nodes, edges), strict=True))
+    scratch |= dict(zip(others, _rows(1, nodes, others, FREE), strict=True))
+    area = Rows(*_rows(1, PAD + nodes, Rows._fields, FREE))
+    rows = np.flatnonzero(model.belts.width)
+    belts = Belts(*_rows(1, nodes, Belts._fields, FREE))
+    constants = ((scratch["mass"], model.mass), (scratch["per_mass"], model.per_mass), *zip(belts, model.belts, strict=True))
+    for part, values in constants:
+        part[1 : model.n1] = values[1:-1]
+    return Meridian(**scratch, belts=belts, impulse=np.zeros(2), area=area, belt_rows=rows, by_row=_by_row(model))
+
+
+def whole_model(case: Case) -> Model:
+    """Return the model of the whole shell, whatever part of it is computed."""
+    return build_model(replace(case, model=replace(case.model, fidelity="full")))
+
+
+def whole_nodes(case: Case, whole: Model, model: Model, state: State) -> Nodes:
+    """Return the nodes of the whole shell by turning the one column that was computed."""
+    nodes = Nodes(*_rows(whole.n1 + 1, whole.stride, Nodes._fields))
+    angle = 2.0 * pi * (np.arange(whole.stride) - PAD) / whole.n2
+    parts = [values[:, None] for values in meridian_view(state.nodes, model)]
+    x, y, z, u, v, w = (values.reshape(whole.n1 + 1, whole.stride) for values in nodes)
+    for (a, b), (old_a, old_b) in zip(((x, y), (u, v)), (parts[0:2], parts[3:5]), strict=True):
+        a[:] = np.cos(angle) * old_a - np.sin(angle) * old_b
+        b[:] = np.sin(angle) * old_a + np.cos(angle) * old_b
+    z[:], w[:] = parts[2], parts[5]
+    return nodes
+
+
+def grid_view(flat: Floats, model: Model) -> Floats:
+    """Return a flat array of the nodes as a view of shape (n1+1, n2), without the copied columns; not of the axisymmetric."""
+    return flat.reshape(model.n1 + 1, model.stride)[:, PAD : PAD + model.n2]
+
+
+def meridian_view(nodes: Nodes, model: Model) -> Nodes:
+    """Return the nodes of the axisymmetric shell as views of shape (n1+1,), without what fills the last vector."""
+    return Nodes(*(part[: model.n1 + 1] for part in nodes))
+
+
+def initial_energy(case: Case, model: Model) -> float:
+    """Return kinetic plus potential energy (J) at the start, heights counted from the ground."""
+    heights = np.linspace(0.0, case.shell.height, model.n1 + 1)
+    mass = model.n2 * model.mass
+    mass[-1] += model.cargo_mass
+    return float(model.hoop.whole * (0.5 * mass[1:].sum() * case.cargo.velocity**2 + case.gravity * (mass @ heights)))
+
+
+def _by_row(model: Model) -> ByRow:
+    return ByRow(*(np.zeros(model.n1 + 1) for _ in ByRow._fields))
+
+
+def _lanes(columns: int) -> int:
+    """Columns rounded up to whole cache lines, over which the kernels loop."""
+    return -(-columns // PAD) * PAD
+
+
+def _rows(count: int, stride: int, fields: Sequence[str], first: int = 0) -> list[Floats]:
+    """An array of zeros for each field, of which the value at `first` starts a cache line; all of one block, which is cheaper."""
+    size = count * stride
+    pitch = PAD * (2 + size // PAD)  # a line between two, else long arrays might share their places in the cache
+    block = np.zeros((len(fields) + 1) * pitch)
+    start = (-block.ctypes.data // block.itemsize - first) % PAD
+    return [block[at : at + size] for at in range(start, start + len(fields) * pitch, pitch)]
+
+
+def _overlap(height: float, width: float, n1: int, h1: float) -> Floats:
+    """Width (m) of a belt within each row's share of the generatrix; slivers, as of a rounded width, go to the other rows."""
+    middle = np.arange(n1 + 1) * h1
+    lower = np.maximum(middle - 0.5 * h1, height - 0.5 * width)
+    upper = np.minimum(middle + 0.5 * h1, height + 0.5 * width)
+    shared: Floats = np.maximum(upper - lower, 0.0)
+    shared[shared < SLIVER * shared.max()] = 0.0
+    return shared * (width / float(shared.sum()))
+
+
+def _lobes(belt_width: Floats) -> Lobes:
+    """Rows next to each belt, below and above; a belt next to a held row has no free rows on that side: left out."""
+    carries = np.diff((belt_width > 0.0).astype(np.int64))
+    below, above = np.flatnonzero(carries == 1), np.flatnonzero(carries == -1) + 1
+    free = (below > 0) & (above < len(belt_width) - 1)
+    return Lobes(below[free], above[free])

@@ -1,0 +1,125 @@
+"""Peaks of a recorded pulse behind a channel frequency class (CFC) of SAE J211-1, as crash and drop tests give them."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from softbrake.core.arrays import Floats
+from softbrake.core.columns import History
+from softbrake.sim.summary import FilteredPeaks, Peak, Phase
+
+CORNER = 2.0775  # Hz per class, where one pass has the gain 0.707; both have it at 1.667
+SAMPLES = 100  # in a period of the corner; a mean over one takes 2e-4 off what the corner lets through
+LEAST_ROWS = 10.0  # per second and class: the standard's lowest rate of sampling
+LEAST_PERIODS = 3.0  # of the corner in a record
+MIRRORED = 0.01  # s, at both ends
+TENSIONS = {
+    "peak_tension_generatrix": History.TENSION_GENERATRIX,
+    "peak_tension_hoop": History.TENSION_HOOP,
+    "peak_tension_belt": History.TENSION_BELT,
+}
+COLUMNS = (History.TIME, History.HEIGHT, History.VELOCITY, *TENSIONS.values())  # of the history that filtered peaks need
+
+
+def low_pass(values: Floats, rate: float, cfc: float) -> Floats:
+    """Return even samples behind a class: two poles forward and backward, both ends mirrored by 10 ms or what there is.
+
+    rate: samples per second. Equal to the recursion of SAE J211-1, appendix C, to round-off; of no phase.
+    """
+    from scipy.signal import butter, sosfiltfilt  # here, for it loads most of scipy: as long as a short drop takes
+
+    sections = butter(2, CORNER * cfc, fs=rate, output="sos")
+    mirrored = min(round(MIRRORED * rate), len(values) - 1)
+    filtered: Floats = sosfiltfilt(sections, values, padtype="even", padlen=mirrored)
+    return filtered
+
+
+def unfit(time: Floats, cfc: float) -> str | None:
+    """Say in a few words why a record at these times (s) is too coarse or too short for a class; None where it is not.
+
+    At fewer than 10 samples per second and class the standard allows none, at 4.155 the corner would be above what they can show.
+    """
+    if len(time) < 2:
+        return "fewer than two rows"
+    apart, allowed = float(np.diff(time).max(initial=0.0)), 1.0 / (LEAST_ROWS * cfc)
+    if apart > allowed:
+        return f"rows {apart * 1e3:.2g} ms apart, {allowed * 1e3:.2g} allowed"
+    lasts, wanted = float(time[-1] - time[0]), LEAST_PERIODS / (CORNER * cfc)
+    return f"{lasts * 1e3:.2g} ms long, {wanted * 1e3:.2g} wanted" if lasts < wanted else None
+
+
+def filtered(time: Floats, values: Floats, cfc: float) -> tuple[Floats, Floats] | None:
+    """Return even times (s) and values behind a class, of a record at times that need not be even; None where it is unfit.
+
+    Samples are means of the record, linear between its times, over 1/100 of a period of the corner: no blow between them is lost.
+    """
+    if unfit(time, cfc) is not None:
+        return None
+    edges = _edges(time, cfc)
+    whole = np.concatenate(([0.0], np.cumsum(0.5 * np.diff(time) * (values[1:] + values[:-1]))))
+    row = np.clip(np.searchsorted(time, edges, side="right") - 1, 0, len(time) - 2)
+    until = whole[row] + 0.5 * (edges - time[row]) * (values[row] + np.interp(edges, time, values))
+    return _filtered_slope(edges, until, cfc)
+
+
+def filtered_slope(time: Floats, values: Floats, cfc: float) -> tuple[Floats, Floats] | None:
+    """As `filtered`, of what the values change by in a second: so an acceleration keeps the momentum between rows."""
+    if unfit(time, cfc) is not None:
+        return None
+    edges = _edges(time, cfc)
+    return _filtered_slope(edges, np.interp(edges, time, values), cfc)
+
+
+def filtered_peaks(history: Floats, cfc: int, crushing: float, names: list[str]) -> FilteredPeaks:
+    """Return the peaks behind a class of history rows, (rows, len(COLUMNS)).
+
+    crushing: height of the cover (m) where that phase begins. names: the fields of FilteredPeaks that the run has.
+    """
+    columns = dict(zip(COLUMNS, history.T, strict=True))
+    time, height = columns[History.TIME], columns[History.HEIGHT]
+    if not np.isfinite(history).all():
+        return FilteredPeaks(cfc, "rows that are no numbers")
+    if (fault := unfit(time, cfc)) is not None:
+        return FilteredPeaks(cfc, fault)
+    over = float(np.interp(-crushing, -height, time, right=np.inf))
+    peaks = {}
+    for name in names:
+        if name == "peak_deceleration":
+            pulse = filtered_slope(time, columns[History.VELOCITY], cfc)
+        else:
+            pulse = filtered(time, columns[TENSIONS[name]], cfc)
+        assert pulse is not None
+        peaks[name] = _peak(*pulse, over)
+    return FilteredPeaks(cfc, None, **peaks)
+
+
+def larger(overshoot: Peak, crushing: Peak) -> Peak:
+    """Return the larger one of the peaks of both phases, with the other in it unless that phase has none, nothing above 0."""
+    first, second = (crushing, overshoot) if crushing.value > overshoot.value else (overshoot, crushing)
+    return Peak(first.value, first.time, first.height, first.phase, second if second.value > 0.0 else None)
+
+
+def _edges(time: Floats, cfc: float) -> Floats:
+    """Times (s) between even samples of a record."""
+    count = max(round((time[-1] - time[0]) * CORNER * cfc * SAMPLES), 1)
+    edges: Floats = np.linspace(time[0], time[-1], count + 1)
+    return edges
+
+
+def _filtered_slope(edges: Floats, values: Floats, cfc: float) -> tuple[Floats, Floats]:
+    """Even times (s) and the change of the values in a second behind a class."""
+    rate = (len(edges) - 1) / (edges[-1] - edges[0])
+    return 0.5 * (edges[1:] + edges[:-1]), low_pass(rate * np.diff(values), rate, cfc)
+
+
+def _peak(time: Floats, values: Floats, over: float) -> Peak:
+    """Largest value and its phase; the overshoot ends at the time `over` (s)."""
+
+    def largest(phase: Phase, within: NDArray[np.bool_]) -> Peak:
+        if not within.any():
+            return Peak(0.0, 0.0, None, phase)
+        at = int(np.argmax(np.where(within, values, -np.inf)))
+        return Peak(max(float(values[at]), 0.0), float(time[at]), None, phase)
+
+    return larger(largest("overshoot", time <= over), largest("crushing", time > over))

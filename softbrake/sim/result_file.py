@@ -1,0 +1,410 @@
+"""The result file: VTKHDF PolyData over time, which ParaView 5.12 opens, with the history, case and summary inside.
+
+    /VTKHDF     one PolyData of shell, belts, covers and ground; a step per snapshot; written in VTK's order: lines, then polygons
+    /history    a row per recorded step, columns named as `state.History` in lower case, units in attributes
+    /softbrake  attributes version, source_hash and tension_scale; JSON texts `case` and, once the run has ended, `summary`,
+                or `inflation` of a shell at rest
+
+Snapshots and history are kept for half a second and then written together, the step counter last, and flushed: the file of a
+killed run stays readable, and lacks that much at most.
+"""
+
+from __future__ import annotations
+
+import json
+import math
+import os
+import time
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import Any, NamedTuple, Self
+
+import h5py
+import numpy as np
+from numpy.typing import NDArray
+
+from softbrake.case.case import Case, case_to_dict
+from softbrake.core.arrays import Floats
+from softbrake.core.columns import UNITS, History
+from softbrake.sim.summary import (
+    Ensemble,
+    FilteredPeaks,
+    Inflation,
+    ModelUsed,
+    Peak,
+    Rung,
+    Sensitivities,
+    Sensitivity,
+    Summary,
+    Work,
+)
+
+
+class ResultError(Exception):
+    """A result file cannot be written or read; the message is one line for the user."""
+
+
+class PointField(NamedTuple):
+    """A field over the shell's nodes."""
+
+    unit: str
+    components: tuple[int, ...]  # () or (3,)
+    ground: float  # value shown on the ground's corners, which carry no fabric
+
+
+POINT_FIELDS = {
+    "velocity": PointField("m/s", (3,), 0.0),
+    "tension_generatrix": PointField("N/m", (), 0.0),
+    "tension_hoop": PointField("N/m", (), 0.0),
+    "stretch_generatrix": PointField("1", (), 1.0),
+    "stretch_hoop": PointField("1", (), 1.0),
+}
+SCALARS = {"height": "m", "velocity": "m/s", "pressure": "Pa"}  # of the cargo and the gas, one value a snapshot
+HISTORY_DTYPE = np.dtype([(column.name.lower(), np.float64) for column in History])
+SHELL, BELT, LOWER_COVER, UPPER_COVER, GROUND = range(5)  # values of the cell array `part`
+_COMPRESSED: dict[str, Any] = {"compression": "gzip", "compression_opts": 4, "shuffle": True}
+SECONDS_KEPT = 0.5  # each call of HDF5 costs as much as the data of a small shell, and a flush as ten
+_BYTES_KEPT = 2**26
+_BLOCK = 128  # entries a chunk, of datasets with a number or a history row an entry
+_FOR_EACH_CELL_KIND = ("CellOffsets", "ConnectivityIdOffsets")  # vertices, lines, polygons, strips
+
+
+def tension_scale(case: Case) -> float:
+    """Unit of the paper's dimensionless tensions, T_0 / L = rho_B V_0^2 L of section 3.2, N/m.
+
+    With the paper's p = k_p rho_B V_0^2 / 2 and k_p = 4 this is p L / 2, L the shell's height; p is the largest pressure of the
+    law. 4709 N/m in the paper's example. 0 without pressure: then there is no dimensionless form.
+    """
+    return 0.5 * max(case.pressure.value, *case.pressure.values, 0.0) * case.shell.height
+
+
+class ResultFile:
+    """A result file being written. Use as a context manager, or call `close`."""
+
+    def __init__(self, path: Path, case: Case) -> None:
+        """Open a laid-out file that has no step yet; `create` is the way in."""
+        # No locks: a reader may look into the file while the run goes on, and some file systems have none.
+        self._file = h5py.File(path, "r+", locking=False)
+        root = self._file["VTKHDF"]
+        part = root["CellData/part"][:]
+        self.path = path
+        self._ground = _ground_corners(case.shell.diameter)
+        self._under_pressure = np.isin(part, (SHELL, LOWER_COVER, UPPER_COVER))
+        self._points, self._cell_pressure = root["Points"], root["CellData/pressure"]
+        self._fields = {name: root["PointData"][name] for name in POINT_FIELDS}
+        self._scalars = {name: root["FieldData"][name] for name in SCALARS}
+        self._steps, self._times = root["Steps"], root["Steps/Values"]
+        self._offsets = [(self._steps[name], *line) for name, line in _offsets(int(root["NumberOfPoints"][0]), len(part)).items()]
+        self._history = self._file["history"]
+        self._kept: dict[h5py.Dataset, list[NDArray[Any]]] = {}
+        self._bytes_kept = 0
+        self._written = -math.inf
+
+    @classmethod
+    def create(cls, path: Path | str, case: Case, *, version: str, source_hash: str) -> Self:
+        """Start the result file of `case` at `path`, which ends in .vtkhdf; an older file is replaced once the new one stands.
+
+        `version` and `source_hash` name the program that computes the results. Raises ResultError.
+        """
+        path = Path(path)
+        if path.suffix != ".vtkhdf":
+            raise ResultError(f"{path}: the name of a result file ends in .vtkhdf")
+        draft = path.with_name(f".{path.name}.{os.getpid()}")
+        try:
+            with h5py.File(draft, "w", locking=False) as file:
+                _lay_out(file, case)
+                about = file.create_group("softbrake")
+                about.attrs.update({"version": version, "source_hash": source_hash, "tension_scale": tension_scale(case)})
+                about.attrs["tension_scale_units"] = "N/m"
+                about["case"] = json.dumps(case_to_dict(case))
+            os.replace(draft, path)
+        except OSError as error:
+            draft.unlink(missing_ok=True)
+            raise ResultError(f"{path}: cannot be written: {_reason(error)}") from error
+        return cls(path, case)
+
+    def add_snapshot(
+        self, instant: float, xyz: Floats, fields: Mapping[str, Floats], *, height: float, velocity: float, pressure: float
+    ) -> None:
+        """Append the shell at an `instant` [s]; it reaches the file within SECONDS_KEPT, or with the next call after that.
+
+        `xyz` [m] is (n1+1, n2, 3); `fields` holds every name of POINT_FIELDS, each (n1+1, n2) or, for velocity, (n1+1, n2, 3).
+        `height` [m] and `velocity` [m/s, up positive] are the cargo's, `pressure` [Pa] the gas's.
+        """
+        step = len(self._times) + len(self._kept.get(self._times, ()))
+        self._keep(self._points, np.concatenate((xyz.reshape(-1, 3), self._ground)))
+        for name, dataset in self._fields.items():
+            _, components, ground = POINT_FIELDS[name]
+            values = fields[name].reshape(-1, *components)
+            self._keep(dataset, np.concatenate((values, np.full((len(self._ground), *components), ground))))
+        self._keep(self._cell_pressure, np.where(self._under_pressure, pressure, 0.0))
+        for name, value in (("height", height), ("velocity", velocity), ("pressure", pressure)):
+            self._keep(self._scalars[name], np.array([value]))
+        for dataset, first, stride in self._offsets:
+            self._keep(dataset, np.full((1, *dataset.shape[1:]), first + step * stride))
+        self._keep(self._times, np.array([instant]))
+        self._write_if_due()
+
+    def add_history(self, rows: Floats) -> None:
+        """Append `rows` (k, len(History)) to /history, as add_snapshot does; they are copied."""
+        self._keep(self._history, np.array(rows, np.float64, order="C").view(HISTORY_DTYPE)[:, 0])
+        self._write_if_due()
+
+    def _keep(self, dataset: h5py.Dataset, rows: NDArray[Any]) -> None:
+        rows = rows.astype(dataset.dtype, copy=False)
+        self._kept.setdefault(dataset, []).append(rows)
+        self._bytes_kept += rows.nbytes
+
+    def _write_if_due(self) -> None:
+        if time.monotonic() - self._written >= SECONDS_KEPT or self._bytes_kept > _BYTES_KEPT:
+            self._write()
+
+    def _write(self) -> None:
+        """Append what was kept, and flush."""
+        times = self._kept.pop(self._times, [])
+        for dataset, rows in self._kept.items():
+            _append(dataset, np.concatenate(rows))
+        if times:  # the counter last: VTK aborts on a file whose counter and arrays disagree
+            _append(self._times, np.concatenate(times))
+            self._steps.attrs.modify("NSteps", len(self._times))
+        self._file.flush()
+        self._kept, self._bytes_kept, self._written = {}, 0, time.monotonic()
+
+    def write_summary(self, summary: Summary) -> None:
+        """Keep the answer; a file without one is from a run that was killed."""
+        self._file["softbrake/summary"] = json.dumps(asdict(summary))
+        self._write()
+
+    def write_inflation(self, inflation: Inflation) -> None:
+        """Keep the answer of a static inflation."""
+        self._file["softbrake/inflation"] = json.dumps(asdict(inflation))
+        self._file.flush()
+
+    def close(self) -> None:
+        """Write what was kept and close the file; a second call does nothing."""
+        if self._file:
+            self._write()
+            self._file.close()
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.close()
+
+
+@dataclass(frozen=True)
+class Snapshots:
+    """The shell at the recorded instants."""
+
+    times: Floats  # s, (k,)
+    xyz: NDArray[np.float32]  # m, (k, n1+1, n2, 3)
+    height: Floats  # m, (k,), of the cargo
+    velocity: Floats  # m/s, (k,), of the cargo, up positive
+    fields: dict[str, NDArray[np.float32]]  # as asked for: (k, n1+1, n2) or (k, n1+1, n2, 3), units in POINT_FIELDS
+
+
+def read_history(path: Path | str) -> NDArray[Any]:
+    """/history as a structured array of HISTORY_DTYPE. Raises ResultError."""
+    with _open(path) as file:
+        history: NDArray[Any] = file["history"][:]
+    return history
+
+
+def read_summary(path: Path | str) -> Summary | None:
+    """The answer of the run; None if the run was killed. Raises ResultError."""
+    with _open(path) as file:
+        if "softbrake/summary" not in file:
+            return None
+        text = json.loads(file["softbrake/summary"][()])
+    with _of_this_version(path):
+        text["peaks"] = {name: _read_peak(peak) for name, peak in text["peaks"].items()}
+        text["work"] = Work(**text["work"])
+        text["model"] = ModelUsed(**text["model"])
+        if text.get("ensemble") is not None:
+            text["ensemble"] = Ensemble(**text["ensemble"])
+        text["ladder"] = [Rung(**rung) for rung in text["ladder"]]
+        if (found := text.get("sensitivity")) is not None:
+            text["sensitivity"] = Sensitivities(**{**found, "inputs": [Sensitivity(**row) for row in found["inputs"]]})
+        if (kept := text.get("filtered")) is not None:
+            peaks = {name: _read_peak(peak) for name, peak in kept.items() if isinstance(peak, dict)}
+            text["filtered"] = FilteredPeaks(**{**kept, **peaks})
+        return Summary(**text)
+
+
+def _read_peak(text: Mapping[str, Any]) -> Peak:
+    other = text.get("other")
+    return Peak(**{**text, "other": None if other is None else _read_peak(other)})
+
+
+def read_inflation(path: Path | str) -> Inflation | None:
+    """The answer of a static inflation; None in the file of a drop. Raises ResultError."""
+    with _open(path) as file:
+        if "softbrake/inflation" not in file:
+            return None
+        text = json.loads(file["softbrake/inflation"][()])
+    with _of_this_version(path):
+        return Inflation(**text)
+
+
+def read_case(path: Path | str) -> dict[str, Any]:
+    """The resolved case as nested dicts, SI units. Raises ResultError."""
+    with _open(path) as file:
+        case: dict[str, Any] = json.loads(file["softbrake/case"][()])
+    return case
+
+
+def read_tension_scale(path: Path | str) -> float:
+    """`tension_scale` of the case, N/m. Raises ResultError."""
+    with _open(path) as file:
+        return float(file["softbrake"].attrs["tension_scale"])
+
+
+def read_snapshots(path: Path | str, *fields: str) -> Snapshots:
+    """All recorded shapes, and the named POINT_FIELDS. Raises ResultError."""
+    grid = read_case(path)["grid"]
+    n1, n2 = grid["generatrix"], grid["hoop"]
+    with _open(path) as file:
+        root = file["VTKHDF"]
+        count = int(root["Steps"].attrs["NSteps"])
+        points = int(root["NumberOfPoints"][0])
+
+        def shell(name: str) -> NDArray[np.float32]:
+            values = root[name][: count * points]
+            values = values.reshape(count, points, *values.shape[1:])[:, : (n1 + 1) * n2]
+            return np.ascontiguousarray(values.reshape(count, n1 + 1, n2, *values.shape[2:]))
+
+        return Snapshots(
+            times=root["Steps/Values"][:count],
+            xyz=shell("Points"),
+            height=root["FieldData/height"][:count],
+            velocity=root["FieldData/velocity"][:count],
+            fields={name: shell(f"PointData/{name}") for name in fields},
+        )
+
+
+def replace_summary(path: Path | str, summary: Summary) -> None:
+    """Write another answer over that of a finished run. Raises ResultError."""
+    try:
+        with h5py.File(path, "r+", locking=False) as file:
+            del file["softbrake/summary"]
+            file["softbrake/summary"] = json.dumps(asdict(summary))
+    except OSError as error:
+        raise ResultError(f"{path}: cannot be written: {_reason(error)}") from error
+
+
+def belt_rows(heights: list[float], shell_height: float, generatrix: int) -> list[int]:
+    """Row of nodes nearest to each belt's unloaded height [m]; `generatrix` is the number of cells."""
+    return [round(height / shell_height * generatrix) for height in heights]
+
+
+def _lay_out(file: h5py.File, case: Case) -> None:
+    """Write all that does not change with time, and the empty datasets that grow."""
+    lines, polygons, part = _cells(case)
+    points = (case.grid.generatrix + 1) * case.grid.hoop + len(_ground_corners(case.shell.diameter))
+    root = file.create_group("VTKHDF")
+    root.attrs["Version"] = np.array([2, 0], np.int64)
+    root.attrs["Type"] = np.bytes_("PolyData")  # VTK 9.3 and 9.4 refuse a str
+    root["NumberOfPoints"] = np.array([points], np.int64)
+    for name, cells in (("Vertices", []), ("Lines", lines), ("Polygons", polygons), ("Strips", [])):
+        _write_cells(root.create_group(name), cells)
+    _growing(root, "Points", np.float32, (points, 3), "m")
+    for name, field in POINT_FIELDS.items():
+        _growing(root, f"PointData/{name}", np.float32, (points, *field.components), field.unit)
+    root["CellData/part"] = part
+    _growing(root, "CellData/pressure", np.float32, (len(part),), "Pa")
+    for name, unit in SCALARS.items():
+        _growing(root, f"FieldData/{name}", np.float64, (_BLOCK,), unit)
+    steps = root.create_group("Steps")
+    steps.attrs["NSteps"] = 0
+    _growing(steps, "Values", np.float64, (_BLOCK,), "s")
+    for name in _offsets(points, len(part)):
+        _growing(steps, name, np.int64, (_BLOCK, 4) if name in _FOR_EACH_CELL_KIND else (_BLOCK,))
+    _growing(file, "history", HISTORY_DTYPE, (_BLOCK,))
+    for column, unit in UNITS.items():
+        file["history"].attrs[column.name.lower()] = unit
+
+
+def _offsets(points: int, cells: int) -> dict[str, tuple[int, int]]:
+    """Entries of the group Steps: value at the first step, increase at each step; `part` is the same at all steps."""
+    entries = {"PartOffsets": (0, 0), "NumberOfParts": (1, 0), "PointOffsets": (0, points)}
+    entries |= dict.fromkeys(_FOR_EACH_CELL_KIND, (0, 0))
+    entries |= {f"PointDataOffsets/{name}": (0, points) for name in POINT_FIELDS}
+    entries |= {"CellDataOffsets/part": (0, 0), "CellDataOffsets/pressure": (0, cells)}
+    entries |= {f"FieldDataOffsets/{name}": (0, 1) for name in SCALARS}
+    return entries
+
+
+def _cells(case: Case) -> tuple[list[NDArray[np.int64]], list[NDArray[np.int64]], NDArray[np.int64]]:
+    """Lines, polygons and their parts, in VTK's order; polygons face outwards and upwards."""
+    n1, n2 = case.grid.generatrix, case.grid.hoop
+    node = np.arange((n1 + 1) * n2).reshape(n1 + 1, n2)
+    beside = np.roll(node, -1, axis=1)
+    rows = belt_rows([belt.height for belt in case.belts], case.shell.height, n1)
+    lines = [np.append(node[row], node[row, 0]) for row in rows]
+    quads = np.stack((node[:-1], beside[:-1], beside[1:], node[1:]), axis=-1).reshape(-1, 4)
+    polygons = [*quads, node[0, ::-1], node[-1], node.size + np.arange(4)]
+    part = np.repeat([BELT, SHELL, LOWER_COVER, UPPER_COVER, GROUND], [len(lines), len(quads), 1, 1, 1])
+    return lines, polygons, part
+
+
+def _write_cells(group: h5py.Group, cells: list[NDArray[np.int64]]) -> None:
+    connectivity = np.concatenate(cells) if cells else np.empty(0, np.int64)
+    group["NumberOfCells"] = np.array([len(cells)], np.int64)
+    group["NumberOfConnectivityIds"] = np.array([len(connectivity)], np.int64)
+    group["Offsets"] = np.cumsum([0, *map(len, cells)], dtype=np.int64)
+    group["Connectivity"] = connectivity
+
+
+def _ground_corners(diameter: float) -> Floats:
+    """A square of four diameters, (4, 3), m; a little below zero, so that cloth lying on it stays visible."""
+    half, z = 2.0 * diameter, -0.004 * diameter
+    return np.array([[-half, -half, z], [half, -half, z], [half, half, z], [-half, half, z]])
+
+
+def _growing(group: h5py.Group, name: str, dtype: Any, chunk: tuple[int, ...], unit: str = "") -> None:
+    """An empty dataset that grows along its first axis; float32 ones by a chunk a snapshot, compressed.
+
+    The others refill their last chunk, which uncompressed stays at its place: a kill in the middle of it does no harm.
+    """
+    rest = chunk[1:]
+    filters = _COMPRESSED if dtype is np.float32 else {}
+    dataset = group.create_dataset(name, (0, *rest), dtype, maxshape=(None, *rest), chunks=chunk, **filters)
+    if unit:
+        dataset.attrs["units"] = unit
+
+
+def _append(dataset: h5py.Dataset, rows: NDArray[Any]) -> None:
+    old = len(dataset)
+    dataset.resize(old + len(rows), axis=0)
+    dataset[old:] = rows
+
+
+def _reason(error: OSError) -> str:
+    return os.strerror(error.errno) if error.errno else str(error).splitlines()[0]
+
+
+@contextmanager
+def _of_this_version(path: Path | str) -> Iterator[None]:
+    """Say so where an answer has not the fields that this version's has."""
+    try:
+        yield
+    except (KeyError, TypeError) as error:
+        raise ResultError(f"{path}: its answer is that of another version of softbrake; run the case again") from error
+
+
+@contextmanager
+def _open(path: Path | str) -> Iterator[h5py.File]:
+    try:
+        with h5py.File(path, "r", locking=False) as file:
+            file["softbrake"]
+            yield file
+    except KeyError as error:
+        raise ResultError(f"{path}: not a softbrake result file, or an incomplete one") from error
+    except (OSError, RuntimeError) as error:
+        if isinstance(error, OSError) and error.errno:
+            raise ResultError(f"{path}: cannot be read: {_reason(error)}") from error
+        fault = "truncated" if "truncated" in str(error) else "damaged, or not a result file"
+        raise ResultError(f"{path}: cannot be read: {fault}") from error

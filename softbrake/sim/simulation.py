@@ -1,0 +1,485 @@
+"""One drop: chunks of steps, snapshots, reasons to stop, and the answer."""
+
+from __future__ import annotations
+
+import math
+import os
+import sys
+import time
+from collections.abc import Callable, Iterable
+from functools import cached_property
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+
+from softbrake import __version__
+from softbrake.case.case import ONE_COLUMN, Case, Fidelity, damping_ratio, parse_case, starter
+from softbrake.core.arrays import PAD, Floats, FoldCount, Meridian, Model, Nodes, Outcome, Peak, Source, State, Sweep
+from softbrake.core.columns import History
+from softbrake.core.jit import PACKAGE, hash_sources
+from softbrake.core.lanes import close_nodes
+from softbrake.core.loop.fields import sample_fields
+from softbrake.core.loop.meridian import advance_meridian, stable_step_of_meridian
+from softbrake.core.loop.piston import advance_lumped
+from softbrake.core.loop.step import advance
+from softbrake.core.loop.step_size import stable_step
+from softbrake.core.loop.time_loop import MADE, energy_given
+from softbrake.core.pressure import pressure_at
+from softbrake.sim.build import (
+    build_meridian,
+    build_model,
+    build_state,
+    build_sweep,
+    grid_view,
+    initial_energy,
+    whole_model,
+    whole_nodes,
+    with_room,
+)
+from softbrake.sim.filters import COLUMNS, filtered_peaks, larger
+from softbrake.sim.interrupt import held_interrupt
+from softbrake.sim.relax import TOLERANCE, Relaxation, relax
+from softbrake.sim.result_file import ResultFile
+from softbrake.sim.summary import LARGEST_GAIN, FilteredPeaks, ModelUsed, Phase, Summary, Work, doubt_of, fabric_in_words
+from softbrake.sim.summary import Peak as PeakFound
+
+KERNELS = {"full": advance, "axisymmetric": advance_meridian, "lumped": advance_lumped}
+CLIMBED: tuple[Fidelity, ...] = ("lumped", "axisymmetric", "full")  # of a run for a tolerance
+ALL_KERNELS = (  # fidelity; whether folds are in contact
+    *((fidelity, False) for fidelity in KERNELS),
+    ("full", True),
+    ("axisymmetric", True),
+)
+NODE_STEPS_PER_CHUNK = 2_000_000  # about 15 ms between chances for progress and Ctrl-C
+HISTORY_ROWS = 4096
+VISCOUS = 1.5  # times longer would the stable step be without viscosity: then that is its limit
+CLOCK = time.perf_counter if sys.platform == "win32" else time.thread_time  # Windows counts CPU time by 16 ms, drops take 1
+NEVER = 2**62  # steps between rows of a history that nobody reads
+UNDAMPED = 0.03  # damping ratio of the shortest wave below which tensions without a potential end either scheme
+LEAKY = 0.3  # below which they may end a run of the default one; see benchmarks/stability.py
+BURST = 1.5  # median hoop stretch; skeleton fabrics are used up to 1.3, and a faulty step stretches a few nodes only
+
+
+class Progress(NamedTuple):
+    """What a progress callback is told after each chunk of steps."""
+
+    time: float  # s
+    height: float  # m
+    velocity: float  # m/s, downwards positive
+    steps: int
+    end_time: float  # s
+
+
+class Diverged(Exception):
+    """The run left what physics allows; the message names time, step, node, quantity and the likely cause.
+
+    `summary` says what was computed up to there.
+    """
+
+    def __init__(self, message: str, summary: Summary) -> None:
+        super().__init__(message, summary)
+        self.summary = summary
+
+    def __str__(self) -> str:
+        return str(self.args[0])
+
+
+class NotInflated(Exception):
+    """The shell found no shape of rest; the message says how far it came and the likely cause."""
+
+
+def cores() -> int:
+    """Number of cores that this process may use."""
+    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+
+
+def kernels_of(cases: Iterable[Case]) -> set[tuple[str, bool]]:
+    """Return which of ALL_KERNELS runs of cases need."""
+    wanted: set[tuple[str, bool]] = set()
+    for case in cases:
+        for fidelity in CLIMBED if case.tolerance is not None else [case.model.fidelity]:
+            wanted.add((fidelity, "folds" in case.contact and (fidelity, True) in ALL_KERNELS))
+    return wanted
+
+
+def compile_kernels(wanted: Iterable[tuple[str, bool]] = ALL_KERNELS, report: Callable[[str], None] = lambda _: None) -> None:
+    """Compile, or load, some of ALL_KERNELS, and those of pictures and disturbances.
+
+    report: told the name of each before.
+    """
+    for fidelity, folds in wanted:
+        report(fidelity + ", folds" * folds)
+        contact = "contact=full" if folds else "contact=solid"
+        one = Drop(parse_case(starter(), "starter", [f"model.fidelity={fidelity}", contact]))
+        one.advance(most=0)
+        one.fields()
+        one.disturb(0.0, 0)
+        pressure_at(one.model.pressure, 0.0)
+
+
+def run(
+    case: Case,
+    results: str | Path | None = None,
+    progress: Callable[[Progress], None] | None = None,
+    amend: Callable[[Summary], Summary] | None = None,
+    disturbed: tuple[float, int] | None = None,
+) -> Summary:
+    """Run a drop to impact, full stop or `time.end` and return its answer.
+
+    results: path of the result file to write, or None for none. progress: called after each chunk of steps, some 15 ms. amend:
+    completes the answer before it is kept. disturbed: size (m) and seed, as of `Drop.disturb`.
+    Ctrl-C ends the run early with outcome "interrupted" and a whole result file.
+    Raises Diverged where the computation fails; the result file is readable up to there.
+    """
+    drop = Drop(case)
+    drop.advance(most=0)  # loads or compiles the kernels, before an older result file is replaced
+    if disturbed is not None:
+        drop.disturb(*disturbed)
+    if results is None:
+        return drop.run(None, progress, amend)
+    with ResultFile.create(Path(results), case, version=__version__, source_hash=hash_sources(PACKAGE)) as file:
+        return drop.run(file, progress, amend)
+
+
+class Drop:
+    """A drop under way."""
+
+    def __init__(self, case: Case) -> None:
+        """Allocate the arrays; `initial: inflated` also inflates the shell. Raises NotInflated."""
+        self.case = case
+        self.model: Model = build_model(case)
+        self.state: State = build_state(case, self.model)
+        one_column = case.model.fidelity in ONE_COLUMN
+        folds = self.state.folds is not None
+        self.sweep: Sweep | Meridian = build_meridian(self.model) if one_column else build_sweep(self.model, folds)
+        self.history: Floats = np.empty((HISTORY_ROWS, len(History)))
+        self.interval = case.output.history_interval  # steps between rows of the history
+        self.most = max(NODE_STEPS_PER_CHUNK // ((self.model.n1 + 1) * self.model.n2), 1)  # steps of a chunk
+        self.kernel_seconds = 0.0
+        if case.initial == "inflated" and case.model.fidelity != "lumped":  # gas alone has no shape
+            self.inflate()
+            shape, stored = self.state.nodes, [-self.now(History.WORK_ELASTIC), -self.now(History.WORK_BELTS)]
+            self.state = build_state(case, self.model)
+            self.state.stored[:] = stored
+            for part, inflated in zip(self.state.nodes[:3], shape[:3], strict=True):
+                part[:] = inflated
+
+    def step(self, model: Model) -> Outcome:
+        """Advance by one step of another model of the same arrays."""
+        kernel = KERNELS[self.case.model.fidelity]
+        return Outcome(kernel(model, self.state, self.sweep, self.history, 1, 1, math.inf)[1])
+
+    def inflate(self, tolerance: float = TOLERANCE) -> Relaxation:
+        """Bring the shell to rest under its cover, which is held, and the pressure of t = 0; see `relax`. Raises NotInflated."""
+        found = relax(self.model, self.state, self.step, tolerance)
+        if not found.converged:
+            if math.isinf(found.residual):
+                why = "it grows without end; most likely the fabric is too soft for the pressure, and bursts"
+            else:
+                why = f"residual {found.residual:.3g}, not {tolerance:.3g}; most likely slack fabric that nothing holds still"
+            raise NotInflated(f"not inflated: the shell is not at rest after {found.steps} steps: {why}")
+        return found
+
+    def advance(self, until: float = math.inf, most: int = 2**62) -> tuple[Floats, Outcome]:
+        """Advance to a time (s) or by a number of steps, and no further than one block of history rows.
+
+        Returns the new rows, a view that the next call overwrites, and the outcome: RUNNING where it only paused.
+        Adds to kernel_seconds, CPU seconds.
+        """
+        start = CLOCK()
+        kernel = KERNELS[self.case.model.fidelity]
+        interval, last = self.interval, int(self.state.steps[0]) + most
+        rows, outcome = kernel(self.model, self.state, self.sweep, self.history, interval, most, until)
+        while (folds := self.state.folds) is not None and folds.counts[FoldCount.CRAMPED]:
+            self.state = self.state._replace(folds=with_room(folds))
+            if outcome == Outcome.RUNNING:
+                rest = last - int(self.state.steps[0])
+                more, outcome = kernel(self.model, self.state, self.sweep, self.history[rows:], interval, rest, until)
+                rows += more
+        self.kernel_seconds += CLOCK() - start
+        return self.history[:rows], Outcome(outcome)
+
+    def run(
+        self,
+        file: ResultFile | None = None,
+        progress: Callable[[Progress], None] | None = None,
+        amend: Callable[[Summary], Summary] | None = None,
+    ) -> Summary:
+        """Advance to the end, writing history and snapshots to the file, whose rows give the filtered peaks."""
+        started = time.perf_counter()
+        self.kernel_seconds = 0.0
+        kept: list[Floats] = []
+        if file is None:
+            self.interval = NEVER
+        outcome = Outcome.RUNNING
+        interval = self.case.output.snapshot_interval
+        due = math.inf if file is None else 0.0
+        with held_interrupt() as interrupted:
+            while outcome == Outcome.RUNNING and not interrupted():
+                now = self.now(History.TIME)
+                if file is not None and now >= due:
+                    self._snapshot(file)
+                    due = max((now // interval + 1.0) * interval, math.nextafter(now, math.inf))
+                rows, outcome = self.advance(due, self.most)
+                if file is not None:
+                    file.add_history(rows)
+                    kept.append(rows[:, COLUMNS])
+                if progress is not None:
+                    progress(self._progress())
+            ending = "interrupted" if outcome == Outcome.RUNNING else outcome.name.lower()
+            if file is not None:
+                self._snapshot(file)
+            filtered = self._filtered(kept) if kept else None
+            summary = self._summary(ending, time.perf_counter() - started, file, filtered)
+            if amend is not None and outcome not in (Outcome.RUNNING, Outcome.DIVERGED):
+                summary = amend(summary)
+            if file is not None:
+                file.write_summary(summary)
+        if outcome == Outcome.DIVERGED:
+            raise Diverged(self._divergence(), summary)
+        return summary
+
+    def finish(self, outcome: Outcome) -> Summary:
+        """Return the answer of a drop that was advanced step by step to an outcome. Raises Diverged."""
+        summary = self._summary(outcome.name.lower(), self.kernel_seconds, None, None)
+        if outcome == Outcome.DIVERGED:
+            raise Diverged(self._divergence(), summary)
+        return summary
+
+    def now(self, column: History) -> float:
+        """Return a current value."""
+        return float(self.state.now[column])
+
+    def energy_error(self) -> float:
+        """Return the residual of the work ledger over the initial kinetic plus potential energy."""
+        works = float(self.state.now[History.WORK_PRESSURE : History.WORK_CONTACT + 1].sum())
+        residual = self.now(History.KINETIC_ENERGY) - float(self.state.kinetic_start[0]) - works
+        return residual / initial_energy(self.case, self.model)
+
+    def disturb(self, size: float, seed: int) -> None:
+        """Move each free node by normal deviates of a size (m), all columns alike in the axisymmetric shell.
+
+        The full shell's books take what that can store at most as stored.
+        """
+        model, nodes = self.model, self.state.nodes
+        random = np.random.default_rng(seed)
+        if self.case.model.fidelity in ONE_COLUMN:
+            for values in (nodes.x, nodes.z):
+                values[1 : model.n1] += size * random.normal(size=model.n1 - 1)
+            return
+        for values in (nodes.x, nodes.y, nodes.z):
+            grid_view(values, model)[1:-1] += size * random.normal(size=(model.n1 - 1, model.n2))
+        for row in range(1, model.n1):
+            close_nodes(nodes, np.uint64(row * model.stride + PAD), model.n2)
+        self.state.stored[:] = np.maximum(self.state.stored, self._most_stored())
+
+    def _most_stored(self) -> tuple[float, float]:
+        """Return no less than the elastic energy (J) of fabric and belts of the full shell as it is.
+
+        Energy rises with either elongation, so that of slack edges counts as 0, and c12 e1 e2 is at most c12 (e1² + e2²)/2.
+        """
+        fabric, copies = self.model.fabric, self.model.hoop.whole
+        places = np.stack([grid_view(part, self.model) for part in self.state.nodes[:3]], axis=-1)
+        up, along = np.diff(places, axis=0), np.roll(places, -1, axis=1) - places
+        e1 = np.maximum(np.linalg.norm(up, axis=-1) / fabric.h1 - 1.0, 0.0)
+        e2 = np.maximum(np.linalg.norm(along, axis=-1) / fabric.h2 - 1.0, 0.0)
+        r1, r2 = (up + np.roll(up, -1, axis=1)) / (2.0 * fabric.h1), (along[1:] + along[:-1]) / (2.0 * fabric.h2)
+        per_area = (fabric.c11 + fabric.c12) * (e1**2).sum() + (fabric.c22 + fabric.c12) * (e2[1:-1] ** 2).sum()
+        per_area += fabric.g12 * (np.sum(r1 * r2, axis=-1) ** 2).sum()
+        belts = fabric.h2 * (self.model.belts.stiffness[:, None] * e2**2).sum()
+        return 0.5 * copies * fabric.h1 * fabric.h2 * float(per_area), 0.5 * copies * float(belts)
+
+    def lopsided(self) -> float:
+        """Return how far the full shell is out of round (m): largest standard deviation of radius or height along a hoop."""
+        x, y, z = (grid_view(values, self.model) for values in self.state.nodes[:3])
+        return float(max(np.hypot(x, y).std(axis=1).max(), z.std(axis=1).max()))
+
+    def _progress(self) -> Progress:
+        return Progress(
+            time=self.now(History.TIME),
+            height=self.now(History.HEIGHT),
+            velocity=-self.now(History.VELOCITY),
+            steps=int(self.state.steps[0]),
+            end_time=self.case.time.end,
+        )
+
+    def whole_shell(self) -> tuple[Model, Nodes]:
+        """Return model and nodes of the whole shell, whatever part of it is computed."""
+        if self.case.model.fidelity == "full":
+            return self.model, self.state.nodes
+        return self._whole_model, whole_nodes(self.case, self._whole_model, self.model, self.state)
+
+    @cached_property
+    def _whole_model(self) -> Model:
+        return whole_model(self.case)
+
+    @cached_property
+    def _whole_sweep(self) -> Sweep:
+        """Scratch for pictures; that of the steps does where it is of the whole shell, since nothing in it outlives a step."""
+        scratch: Sweep = self.sweep if self.case.model.fidelity == "full" else build_sweep(self._whole_model)  # type: ignore[assignment]
+        return scratch
+
+    def fields(self) -> dict[str, Floats]:
+        """Return stretches and tensions (N/m) at the nodes of the whole shell, each (n1+1, cells around the hoop)."""
+        return self._fields_of(*self.whole_shell())
+
+    def _fields_of(self, model: Model, nodes: Nodes) -> dict[str, Floats]:
+        names = ("stretch_generatrix", "stretch_hoop", "tension_generatrix", "tension_hoop")
+        fields = {name: np.empty((model.n1 + 1, model.n2)) for name in names}
+        sample_fields(model, nodes, self._whole_sweep, *fields.values())
+        return fields
+
+    def _snapshot(self, file: ResultFile) -> None:
+        model, nodes = self.whole_shell()
+        fields = self._fields_of(model, nodes)
+        fields["velocity"] = np.stack([grid_view(part, model) for part in (nodes.u, nodes.v, nodes.w)], axis=-1)
+        xyz = np.stack([grid_view(part, model) for part in (nodes.x, nodes.y, nodes.z)], axis=-1)
+        file.add_snapshot(
+            self.now(History.TIME),
+            xyz,
+            fields,
+            height=self.now(History.HEIGHT),
+            velocity=self.now(History.VELOCITY),
+            pressure=pressure_at(self.model.pressure, self.now(History.TIME)),
+        )
+
+    def _peak(self, which: Peak) -> PeakFound:
+        """Largest value of the run and that of the other phase."""
+
+        def of(phase: Phase, peaks: Floats) -> PeakFound:
+            value, when, row = (float(part) for part in peaks[which])
+            return PeakFound(value, when, None if which == Peak.DECELERATION else row * self.model.fabric.h1, phase)
+
+        if self.now(History.HEIGHT) > self.model.crushing:
+            return of("overshoot", self.state.peaks)
+        return larger(of("overshoot", self.state.overshoot), of("crushing", self.state.peaks))
+
+    def _known(self) -> dict[str, Peak]:
+        """Peaks that the run has, by their names in the answer."""
+        lumped, belts = self.case.model.fidelity == "lumped", self.case.belts
+        known = [Peak.DECELERATION] if lumped else [which for which in Peak if which != Peak.TENSION_BELT or belts]
+        return {f"peak_{which.name.lower()}": which for which in known}
+
+    def _filtered(self, kept: list[Floats]) -> FilteredPeaks:
+        return filtered_peaks(np.concatenate(kept), self.case.output.cfc, self.model.crushing, list(self._known()))
+
+    def _summary(self, outcome: str, wall_seconds: float, file: ResultFile | None, filtered: FilteredPeaks | None) -> Summary:
+        case, folds, steps = self.case, self.state.folds, int(self.state.steps[0])
+        impact = -self.now(History.VELOCITY) if outcome == "impact" else None
+        free_fall = math.sqrt(case.cargo.velocity**2 + 2.0 * case.gravity * case.shell.height)
+        peaks = {name: self._peak(which) for name, which in self._known().items()}
+        generatrix, hoop, belt = (
+            None if (peak := peaks.get(f"peak_tension_{part}")) is None else peak.value for part in ("generatrix", "hoop", "belt")
+        )
+        energy = initial_energy(case, self.model)
+        made = {name: part / energy for name, part in self.made().items()}
+        return Summary(
+            title=case.title,
+            outcome=outcome,  # type: ignore[arg-type]
+            end_time=self.now(History.TIME),
+            impact_velocity=impact,
+            impact_time=None if impact is None else self.now(History.TIME),
+            free_fall_velocity=free_fall,
+            velocity_reduction=None if impact is None else free_fall - impact,
+            minimum_height=self.now(History.HEIGHT),  # a run ends where the cover would rise
+            peak_deceleration=peaks["peak_deceleration"].value,
+            peak_tension_generatrix=generatrix,
+            peak_tension_hoop=hoop,
+            peak_tension_belt=belt,
+            peaks=peaks,
+            work=Work(*(float(part) for part in self.state.now[History.WORK_PRESSURE : History.WORK_CONTACT + 1])),
+            largest_penetration=0.0 if folds is None else float(folds.penetration[0]),
+            crossings=0 if folds is None else int(folds.counts[FoldCount.PIERCED]),
+            energy_error=self.energy_error(),
+            energy_made=made,
+            steps=steps,
+            time_step=self.now(History.TIME) / steps if steps else 0.0,
+            kernel_seconds=self.kernel_seconds,
+            wall_seconds=wall_seconds,
+            model=ModelUsed(
+                case.model.fidelity,
+                case.grid.generatrix,
+                case.grid.hoop,
+                case.time.courant,
+                case.model.scheme,
+                [] if case.model.fidelity == "lumped" else list(case.contact),
+                None
+                if case.model.fidelity == "lumped"
+                else fabric_in_words(case.fabric.law, case.fabric.slack, case.fabric.G12, case.fabric.E11, case.fabric.E22),
+            ),
+            results=None if file is None else str(file.path),
+            fabric_margin=_margin(case.fabric.strength, max(generatrix or 0.0, hoop or 0.0)),
+            belt_margin=_margin(min((b.strength for b in case.belts if b.strength is not None), default=None), belt or 0.0),
+            filtered=filtered,
+            doubt=doubt_of(made),
+        )
+
+    def _divergence(self) -> str:
+        model, nodes = self.whole_shell()
+        speed = np.sqrt(sum(grid_view(part, model) ** 2 for part in (nodes.u, nodes.v, nodes.w)))
+        row, column = np.unravel_index(int(np.argmax(np.where(np.isfinite(speed), speed, np.inf))), speed.shape)
+        kinetic, (maker, made) = self.now(History.KINETIC_ENERGY), max(self.made().items(), key=lambda part: part[1])
+        if not math.isfinite(kinetic):
+            excess = "kinetic energy not finite"
+        elif made > MADE * energy_given(self.model, self.state):
+            excess = (
+                f"{maker} gave {made:.4g} J more than they took"
+                if maker == "belts"
+                else f"{maker} gave {made:.4g} J more than it took"
+            )
+        else:
+            excess = f"kinetic energy {kinetic:.4g} J, more than start, gravity and gas can have given"
+        return (
+            f"diverged at {self.now(History.TIME):.6g} s, step {int(self.state.steps[0])}: {excess}; "
+            f"fastest node: row {row} of {model.n1}, column {column}, at {speed[row, column]:.4g} m/s; "
+            f"most likely {self._cause()}"
+        )
+
+    def made(self) -> dict[str, float]:
+        """Return the most that fabric, belts and viscosity gave beyond what they had, J: above 0, energy from nowhere."""
+        return {source.name.lower(): float(self.state.made[source]) for source in Source}
+
+    def _cause(self) -> str:
+        """Most likely cause of a divergence, in words, with what helps."""
+        case, fabric = self.case, self.case.fabric
+        stretch = float(np.median(self.fields()["stretch_hoop"]))
+        if stretch > BURST:
+            return (
+                f"the fabric bursts: half of the hoops, stretched {stretch:.3g} times and more, find no balance with the pressure"
+            )
+        if self.model.courant > 1.0:
+            return f"{self._limit()} exceeded {self.model.courant:.3g} times; try time.courant=auto"
+        shorter = f"try time.courant={0.5 * case.time.courant:g}"
+        contact = self.now(History.WORK_CONTACT)
+        if contact > max(*self.made().values(), LARGEST_GAIN * energy_given(self.model, self.state)):
+            return f"contact, which gave {contact:.4g} J more than it took; {shorter}"
+        ratio, printed = damping_ratio(case.shell, fabric, case.grid), case.model.scheme == "cell"
+        lawless = fabric.law == "true_tension" or (fabric.law != "tension_field" and fabric.slack == "cut" and fabric.nu12 > 0.0)
+        made = self.made()
+        makes = not printed and made["fabric"] >= max(made.values()) > 0.0
+        if lawless and (makes or ratio < (UNDAMPED if printed else LEAKY)):
+            return (
+                "tensions without a potential, which gain energy where fabric gets slack and taut again, at any step; "
+                "try fabric.law=tension_field" + (", and model.scheme=edge" if printed else "")
+            )
+        if printed:
+            return "the printed scheme's averages do not feel a checkerboard of folds; model.scheme=edge does"
+        return f"waves near the limit of the step, which fabric that gets slack and taut again feeds; {shorter}"
+
+    def _limit(self) -> str:
+        """What limits the step, and where: of the shell as it started, the only one known to be sound."""
+        kernel = stable_step_of_meridian if self.case.model.fidelity in ONE_COLUMN else stable_step
+        nodes, model = build_state(self.case, self.model).nodes, self.model
+        longest = kernel(model, nodes, self.sweep)
+        row = int(np.argmax(self.sweep.by_row.rate))
+        calm = model._replace(
+            fabric=model.fabric._replace(viscosity=0.0), belts=model.belts._replace(viscosity=0.0 * model.belts.viscosity)
+        )
+        viscous = kernel(calm, nodes, self.sweep) > VISCOUS * longest
+        where = "at the belt cells" if model.belts.width[row] > 0.0 else f"at row {row}"
+        return f"the {'viscosity' if viscous else 'stiffness'} limit of the step {where}"
+
+
+def _margin(strength: float | None, tension: float) -> float | None:
+    return strength / tension - 1.0 if strength is not None and tension > 0.0 else None

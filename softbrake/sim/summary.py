@@ -1,0 +1,191 @@
+"""The answer of a run, as `--json` prints it and the result file keeps it."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass, field
+from typing import Literal
+
+LARGEST_GAIN = 1e-3  # of the initial energy from nowhere, above which peaks are doubtful and a run counts as failed
+Phase = Literal["overshoot", "crushing"]  # before and after the cover has come down by a tenth of the shell's height
+
+
+@dataclass(frozen=True)
+class Peak:
+    """Largest value of a quantity over the run, when and where."""
+
+    value: float
+    time: float  # s
+    height: float | None = None  # m above the lower cover on the unloaded shell; None for a quantity of the cargo
+    phase: Phase | None = None  # None in older result files
+    other: Peak | None = None  # largest of the other phase; None where the run has none
+
+
+@dataclass(frozen=True)
+class FilteredPeaks:
+    """Peaks behind a channel frequency class of SAE J211, of the rows that the result file keeps; heights are None."""
+
+    cfc: int
+    fault: str | None  # why there are none, else None
+    peak_deceleration: Peak | None = None  # m/s^2, as of Summary
+    peak_tension_generatrix: Peak | None = None  # N/m, of the largest tension of each row; None of a lumped run
+    peak_tension_hoop: Peak | None = None  # N/m; likewise
+    peak_tension_belt: Peak | None = None  # N/m; likewise, and None without belts
+
+
+@dataclass(frozen=True)
+class ModelUsed:
+    """What was computed."""
+
+    fidelity: str
+    generatrix: int
+    hoop: int
+    courant: float
+    scheme: str
+    contact: list[str] | None = None  # what stops the fabric; None in older result files
+    fabric: str | None = None  # law and shear in words; None in older result files and without a shell
+
+
+def fabric_in_words(law: str, slack: str, G12: float, E11: float, E22: float) -> str:
+    """Law of the fabric, and its shear modulus (N/m)."""
+    carries = ", carries compression" if slack == "compression" else ", cut" if law != "tension_field" else ""
+    return f"{law}{carries}; G12 {G12:.4g} N/m, {100 * G12 / min(E11, E22):.3g} % of E"
+
+
+def doubt_of(energy_made: dict[str, float]) -> str | None:
+    """Say why the peaks of a run are not to be trusted, where something made energy that no force gave; else None."""
+    makers = [f"{name} made {made:.2%}" for name, made in energy_made.items() if made > LARGEST_GAIN]
+    return f"{', '.join(makers)} of the initial energy from nowhere: peaks and velocity are doubtful" if makers else None
+
+
+def contact_in_words(fidelity: str, parts: Iterable[str]) -> str:
+    """What stops the fabric, and whether its folds meet."""
+    if fidelity == "lumped":
+        return "none: gas alone, no fabric"
+    parts = tuple(parts)
+    words = ", ".join(parts) or "none"
+    if "folds" in parts:
+        return words
+    return words + "; folds may pass through each other"
+
+
+@dataclass(frozen=True)
+class Work:
+    """Work done on cargo and shell from the start to the end, J."""
+
+    pressure: float
+    elastic: float
+    viscous: float
+    belts: float
+    gravity: float
+    ground: float
+    contact: float  # with cover and cargo
+
+
+@dataclass(frozen=True)
+class Rung:
+    """One level and grid that a climb for a tolerance tried."""
+
+    fidelity: str
+    generatrix: int
+    hoop: int
+    impact_velocity: float | None  # m/s; 0 where the cargo stops above the ground, None where the run diverged
+    error: float | None  # m/s, estimated; None where there is no estimate
+    seconds: float
+    verdict: str
+
+
+@dataclass(frozen=True)
+class Ensemble:
+    """Drops behind a mean, alike but for how little their shells are out of round at the start."""
+
+    members: int
+    least: float  # m/s, impact velocity; 0 of one that stops above the ground
+    most: float  # m/s
+    smallest: float  # disturbance of the places over the radius, standard deviation
+    largest: float
+
+
+@dataclass(frozen=True)
+class Inflation:
+    """Shell at rest under a held cover, SI units."""
+
+    title: str
+    pressure: float  # Pa
+    pressure_late: bool  # whether it is not that of t = 0, where the law has none, but its largest
+    height: float  # m, of the cover
+    largest_radius: float  # m, mean around the hoop
+    largest_radius_height: float  # m above the ground
+    volume: float  # m^3, of the gas
+    cover_force: float  # N, on the cover from gas and fabric, up positive
+    wall_pull: float  # N, of the fabric on the cover, down positive
+    tension_generatrix: float  # N/m, largest
+    tension_hoop: float  # N/m, largest
+    tension_belt: float | None  # N/m, largest; None without belts
+    middle_tension_generatrix: float  # N/m, at half the unloaded height, mean around the hoop
+    middle_tension_hoop: float  # N/m
+    residual: float  # of forces out of balance over those of the pressure, or of what is left to go over the radius
+    steps: int
+    results: str | None  # path of the result file
+
+
+@dataclass(frozen=True)
+class Sensitivity:
+    """What one input does to the answers."""
+
+    path: str
+    value: float | tuple[float, ...]  # SI
+    changes: dict[str, float | None]  # of the answers of Summary, relative, per relative change of the input; None where lost
+
+
+@dataclass(frozen=True)
+class Sensitivities:
+    """What all inputs do to the answers."""
+
+    inputs: list[Sensitivity]  # those that lose an answer first, then the strongest
+    errors: dict[str, float]  # of the changes, standard deviation
+    noise: dict[str, float]  # of an answer, relative, standard deviation from straight lines over the inputs
+    steps: dict[str, float]  # widest step behind an answer, relative, of the inputs
+    left_out: dict[str, str]  # inputs that cannot be varied alone, and why
+
+
+@dataclass(frozen=True)
+class Summary:
+    """Answer of one run, SI units."""
+
+    title: str
+    outcome: Literal["impact", "stopped", "time_limit", "diverged", "interrupted"]
+    end_time: float  # s
+    impact_velocity: float | None  # m/s, downwards positive; None without impact
+    impact_time: float | None  # s
+    free_fall_velocity: float  # m/s, after falling the shell's height unbraked
+    velocity_reduction: float | None  # m/s
+    minimum_height: float  # m, lowest place of the upper cover
+    peak_deceleration: float  # m/s^2 upwards, net of gravity: an accelerometer reads 1 g more; behind a low-pass of 1 kHz
+    peak_tension_generatrix: float | None  # N/m; None of a lumped run, which has no shell
+    peak_tension_hoop: float | None  # N/m; likewise
+    peak_tension_belt: float | None  # N/m; likewise, and None without belts
+    peaks: dict[str, Peak]  # keys as the four fields above, where they are not None
+    work: Work
+    largest_penetration: float  # of folds into one another, over an unloaded cell
+    crossings: int  # how often a pair of folds was not kept from passing, in each step; not in the last 1e-5 m
+    energy_error: float  # residual of the work ledger over initial kinetic plus potential energy
+    energy_made: dict[
+        str, float
+    ]  # over the same: the most that fabric, belts and viscosity gave beyond what they had, at any time
+    steps: int
+    time_step: float  # s, mean
+    kernel_seconds: float  # s of CPU
+    wall_seconds: float  # s
+    model: ModelUsed
+    results: str | None  # path of the result file
+    impact_velocity_error: float | None = None  # m/s, estimated numerical error; None where it was not asked for or has no bound
+    peak_errors: dict[str, float | None] | None = None  # of the peaks, as far as estimated
+    fidelity_reason: str | None = None  # what the error rests on, and why this level was chosen
+    ladder: list[Rung] = field(default_factory=list)  # what was tried for a tolerance
+    fabric_margin: float | None = None  # fabric.strength over its largest tension, less 1; None where no strength is given
+    belt_margin: float | None = None  # likewise, of the weakest belt under the largest tension of any
+    sensitivity: Sensitivities | None = None  # where it was asked for
+    filtered: FilteredPeaks | None = None  # None where no result file was written, and in older ones
+    doubt: str | None = None  # see doubt_of
+    ensemble: Ensemble | None = None  # where velocity and peaks are means

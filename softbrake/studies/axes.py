@@ -1,0 +1,259 @@
+"""Which cases a sweep asks for: axes over keys of a case, combined or sampled. All are checked before the first one runs."""
+
+from __future__ import annotations
+
+import math
+import random
+import re
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from itertools import product
+from pathlib import Path
+from typing import Any, NamedTuple
+
+from softbrake.case.case import Case, CaseError, parse_case, read_text
+from softbrake.case.checker import Checker
+from softbrake.case.keys import SWEEP, Key, key_at
+from softbrake.case.overrides import Override
+from softbrake.case.units import Dimension
+from softbrake.case.yaml_nodes import Node, Place, join, parse
+
+MOST_RUNS = 1_000_000
+FAULTS_SHOWN = 20
+_RANGE_END = re.compile(r"\s*([-+]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][-+]?[0-9]+)?)\s*(.*?)\s*")
+_RANGE = "START:STOP:COUNT or START:STOP:COUNT:log"
+_SPAN = "START:STOP or START:STOP:log"
+
+
+class Axis(NamedTuple):
+    """A key that a sweep varies."""
+
+    path: str
+    unit: str  # SI; empty for ratios, integers and words
+    log: bool = False  # spaced so, and drawn so
+
+
+class Design(NamedTuple):
+    """One case of a sweep."""
+
+    values: tuple[float | str, ...]  # of the axes, in their units
+    case: Case
+
+
+@dataclass(frozen=True)
+class Designs:
+    """All cases of a sweep, in the order in which they run."""
+
+    axes: tuple[Axis, ...]
+    all: tuple[Design, ...]
+
+
+@dataclass(frozen=True)
+class _Values:
+    """What an axis was given: a list, or a range."""
+
+    path: str
+    place: Place
+    texts: tuple[str, ...] = ()
+    start: float = 0.0
+    stop: float = 0.0
+    unit: str = ""
+    count: int = 0  # 0: without one, to be sampled
+    log: bool = False
+
+    def at(self, share: float) -> str:
+        """The value at a part, 0 to 1, of the way through."""
+        if self.texts:
+            return self.texts[min(int(share * len(self.texts)), len(self.texts) - 1)]
+        number = self.start * (self.stop / self.start) ** share if self.log else self.start + share * (self.stop - self.start)
+        key = key_of(self.path)
+        if self.count == 0 and key is not None and key.kind is int:
+            number = round(number)
+        return f"{number:.12g} {self.unit}".rstrip()
+
+    def all(self) -> list[str]:
+        """The values one after the other."""
+        return list(self.texts) or [self.at(k / max(self.count - 1, 1)) for k in range(self.count)]
+
+
+def load_designs(
+    path: str | Path, overrides: Sequence[str] = (), vary: Sequence[str] = (), settings: Mapping[str, Any] | None = None
+) -> Designs:
+    """Read a case file with its section `sweep`, and check every case it asks for.
+
+    overrides: as of `load_case`. vary: texts such as `fabric.E=10kN/m:30kN/m:200`, instead of the axes of the file. settings:
+    mode, samples and seed, instead of those of the file.
+    Raises CaseError with the faults of all cases.
+    """
+    text, name = read_text(path), str(path)
+    base = parse_case(text, name, overrides)
+    check = Checker()
+    node = _section(text, name)
+    section = {} if node is None else check.section(node, "sweep", SWEEP, others=("vary",))
+    for key in SWEEP:
+        if (value := (settings or {}).get(key.name)) is not None:
+            section[key.name] = check.value(Node(value, *[Place((1, 0, 0), f"--{key.name} {value}")] * 2), "", key)
+    axes = {} if node is None or vary else _axes_of_file(node, check)
+    for index, option in enumerate(vary):
+        place = Place((1, index, 0), f"--vary {option}")
+        for path_varied, values in _axis_of_option(option, place, check).items():
+            if path_varied in axes:
+                check.fault(place, path_varied, "given twice", "all its values in one list or range are wanted")
+            axes[path_varied] = values
+    asked = (settings or {}).get("mode") is not None
+    place = Place((1, 0, 0), f"--mode {section.get('mode', 'grid')}") if node is None or asked else node.key
+    combinations = [] if check.faults else list(_combine(list(axes.values()), section, place, check))
+    if check.faults:
+        raise CaseError(check.messages())
+    if not axes:
+        return Designs((), (Design((), base),))
+    faults: dict[str, None] = {}
+    designs = []
+    for combination in combinations:
+        changes = [Override(f"{axis.path}={value}", axis.place) for axis, value in zip(axes.values(), combination, strict=True)]
+        try:
+            case = parse_case(text, name, [*overrides, *changes])
+            designs.append(Design(tuple(map(_si, axes, combination)), case))
+        except CaseError as error:
+            told = ", ".join(change.text for change in changes)
+            named = (fault if any(axis in fault for axis in axes) else f"{fault}, with {told}" for fault in error.faults)
+            faults |= dict.fromkeys(named)
+    if faults:
+        shown = list(faults)[:FAULTS_SHOWN]
+        raise CaseError(shown + ([f"... and {len(faults) - len(shown)} faults more"] if len(faults) > len(shown) else []))
+    return Designs(tuple(Axis(axis, _unit(axis), values.log) for axis, values in axes.items()), tuple(designs))
+
+
+def key_of(path: str) -> Key | None:
+    """The key of one value at a dotted path, which may be an item of a list; None where there is none."""
+    whole, _, number = path.rpartition(".")
+    key = key_at(whole if number.isdecimal() else path)
+    if key is None or key.many != number.isdecimal():
+        return None
+    return replace(key, many=False)
+
+
+def _unit(path: str) -> str:
+    key = key_of(path)
+    return key.kind.unit if key is not None and isinstance(key.kind, Dimension) else ""
+
+
+def _si(path: str, text: str) -> float | str:
+    """Value of an axis in its unit, as a case that was checked has it."""
+    key, node = key_of(path), parse(text, lambda *_: Place((0, 0, 0), ""), lambda *_: None)
+    return text if key is None or node is None else key.convert(node.value)
+
+
+def _section(text: str, name: str) -> Node | None:
+    """The section of a file that was checked."""
+    root = parse(text, lambda line, column: Place((0, line, column), f"{name}:{line + 1}:{column + 1}"), lambda *_: None)
+    assert root is not None and isinstance(root.value, dict)
+    return root.value.get("sweep")
+
+
+def _axes_of_file(node: Node, check: Checker) -> dict[str, _Values]:
+    members = node.value if isinstance(node.value, dict) else {}
+    vary = members.get("vary")
+    if vary is None or not isinstance(vary.value, dict):
+        place = node.place if vary is None else vary.place
+        fault = "missing" if vary is None else "not a mapping"
+        check.fault(place, "sweep.vary", fault, "keys with values such as 'fabric.E: 10 kN/m:30 kN/m:200' are wanted")
+        return {}
+    axes = {}
+    for path, item in vary.value.items():
+        where = join("sweep.vary", path)
+        if isinstance(item.value, list):
+            texts = tuple(_text(value, join(where, number), check) for number, value in enumerate(item.value))
+            if not texts:
+                check.fault(item.place, where, "an empty list", "values are wanted")
+            axes[path] = _Values(path, item.place, texts)
+        else:
+            axes[path] = _values(path, _text(item, where, check), item.place, where, check)
+    return axes
+
+
+def _text(node: Node, where: str, check: Checker) -> str:
+    """A scalar as an override writes it."""
+    if node.value is None or isinstance(node.value, (list, dict)):
+        check.fault(node.place, where, "no value" if node.value is None else "not one value", "a value or a range is wanted")
+        return ""
+    return str(node.value).lower() if isinstance(node.value, bool) else str(node.value)
+
+
+def _axis_of_option(option: str, place: Place, check: Checker) -> dict[str, _Values]:
+    path, equals, text = (part.strip() for part in option.partition("="))
+    if not equals or not path or not text:
+        check.fault(place, "", "not KEY=VALUES", "a key and values such as 'fabric.E=15kN/m,20kN/m' are wanted")
+        return {}
+    return {path: _values(path, text, place, path, check)}
+
+
+def _values(path: str, text: str, place: Place, where: str, check: Checker) -> _Values:
+    """Values between commas, or a range with its ends and number between colons."""
+    nothing = _Values(path, place)
+    if ":" not in text:
+        texts = tuple(part.strip() for part in text.split(","))
+        if not all(texts):
+            check.fault(place, where, "an empty value", "values such as '15kN/m,20kN/m' are wanted")
+        return replace(nothing, texts=texts)
+    start, stop, *others = (part.strip() for part in text.split(":"))
+    log = others[-1:] == ["log"]
+    counts = others[:-1] if log else others
+    ends = [_RANGE_END.fullmatch(end) for end in (start, stop)]
+    if len(counts) > 1 or any(not count.isdecimal() or not 2 <= int(count) <= MOST_RUNS for count in counts):
+        check.fault(place, where, f"'{text}' is not a range", f"{_RANGE} with 2 values or more, to sample {_SPAN}, is wanted")
+        return nothing
+    if ends[0] is None or ends[1] is None:
+        fault = f"'{start if ends[0] is None else stop}' is not a number with a unit"
+        check.fault(place, where, fault, f"{_RANGE}, to sample {_SPAN}, is wanted")
+        return nothing
+    units = [end[2] for end in ends if end is not None]
+    first, last = float(ends[0][1]), float(ends[1][1])
+    if units[0] not in ("", units[1]):
+        check.fault(place, where, f"ends in '{units[0]}' and '{units[1]}'", "one unit for both is wanted")
+    elif not (math.isfinite(first) and math.isfinite(last)) or (log and (first <= 0 or last <= 0)):
+        check.fault(place, where, f"from {first:g} to {last:g}", "ends > 0 are wanted of a logarithmic range")
+    return replace(nothing, start=first, stop=last, unit=units[1], count=int(counts[0]) if counts else 0, log=log)
+
+
+def _combine(axes: Sequence[_Values], section: Mapping[str, Any], place: Place, check: Checker) -> Iterable[tuple[str, ...]]:
+    """Values of the axes for each run, as the mode of the sweep asks."""
+    mode, samples = section.get("mode", "grid"), section.get("samples")
+    if mode == "lhs":
+        if samples is None:
+            check.fault(place, "sweep.samples", "missing", "samples: 100, or --samples 100, is wanted for mode lhs")
+        for axis in axes:
+            if axis.count:
+                wanted = f"{_SPAN} is wanted, samples say how many"
+                check.fault(axis.place, axis.path, "a range with a count in mode lhs", wanted)
+        return [] if check.faults else _latin_hypercube(axes, samples or 0, section.get("seed", 0))
+    if samples is not None:
+        check.fault(place, "sweep.samples", f"given in mode {mode}", "mode: lhs, or no samples, is wanted")
+    for axis in axes:
+        if not axis.texts and not axis.count:
+            check.fault(axis.place, axis.path, f"a range without a count in mode {mode}", f"{_RANGE} is wanted")
+    if check.faults:
+        return []
+    columns = [axis.all() for axis in axes]
+    if mode == "zip":
+        if len({len(column) for column in columns}) > 1:
+            numbers = ", ".join(f"{axis.path} {len(column)}" for axis, column in zip(axes, columns, strict=True))
+            check.fault(axes[-1].place, "", f"numbers of values differ: {numbers}", "as many of each are wanted in mode zip")
+            return []
+        return list(zip(*columns, strict=True))
+    runs = math.prod(map(len, columns))
+    if runs > MOST_RUNS:
+        check.fault(axes[-1].place, "", f"{runs} runs", f"up to {MOST_RUNS} are wanted; mode: lhs samples")
+        return []
+    return product(*columns)
+
+
+def _latin_hypercube(axes: Sequence[_Values], samples: int, seed: int) -> Iterable[tuple[str, ...]]:
+    """One value of each axis in each of as many equal parts of it as there are samples, in an order of its own."""
+    chance = random.Random(seed)
+    columns = []
+    for axis in axes:
+        parts = [(k + chance.random()) / samples for k in range(samples)]
+        chance.shuffle(parts)
+        columns.append([axis.at(part) for part in parts])
+    return zip(*columns, strict=True)

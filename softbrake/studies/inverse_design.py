@@ -1,0 +1,350 @@
+"""The value of one input that brings an answer to its target: by section 2.2 of the paper for a piston, and by the model.
+
+The cargo that stops above the ground has no impact velocity. To search across that boundary, velocities are compared as
+energies per mass, V²/2, and below 0 stands what the shell could still have absorbed: see `Target.score`.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from difflib import get_close_matches
+from itertools import pairwise
+from pathlib import Path
+
+from softbrake.case.case import Case, CaseError, FullStop, full_stop, level, load_case, quantities
+from softbrake.case.keys import PHYSICS, key_at
+from softbrake.case.units import Dimension, parse_quantity
+from softbrake.sim.simulation import Diverged, run
+from softbrake.sim.summary import Rung, Summary
+from softbrake.studies.batch import run_batch
+from softbrake.studies.convergence import estimate_of_neighbours
+from softbrake.studies.error_control import BUDGET, Climb, climb, neighbours
+
+TARGETS = {
+    "impact_velocity": Dimension.SPEED,
+    "peak_deceleration": Dimension.ACCELERATION,
+    "peak_tension_generatrix": Dimension.TENSION,
+    "peak_tension_hoop": Dimension.TENSION,
+    "peak_tension_belt": Dimension.TENSION,
+}
+EXAMPLES = {"impact_velocity": "1.5m/s", "peak_deceleration": "78.45m/s^2 (8 g)"} | dict.fromkeys([*TARGETS][2:], "30kN/m")
+REACH = 3.0  # of the range on both sides of the value of the case
+POINTS = 9  # of the look at the range before the search
+WIDTH = 5e-4  # of the value, at which the search ends: below any error of the grid
+NUDGE = 0.03  # of the value, for its slope: above the scatter of crumpling cloth
+JUMP = 0.02  # of the range of scores: a change by more within the last bracket is no crossing
+PEAKS = (0.25, 0.5, 0.75, 1.0)  # of t_k, places of P_max tried with a piston
+
+
+class NotReached(Exception):
+    """No value of the range reaches the target; the message names what was found at both ends."""
+
+
+@dataclass(frozen=True)
+class Target:
+    """An answer and the value it shall have, in SI units."""
+
+    name: str  # of TARGETS
+    value: float
+
+    def __str__(self) -> str:
+        return f"{self.name} = {self.value:g} {TARGETS[self.name].unit}"
+
+    def score(self, case: Case, summary: Summary) -> float:
+        """What the search brings to 0: positive where the answer is above the target.
+
+        An impact velocity V counts as V²/2 - target²/2. Where the cargo stops at a height h above the ground, it has lost
+        V_0²/2 over the distance l1 - h, and at that mean deceleration could have lost h V_0²/(2 (l1 - h)) more: that, negative,
+        stands for V²/2. Both are 0 at the boundary between impact and stop and change with the pressure alike there, as V itself,
+        which rises like a square root, does not. Raises ValueError where a run has neither impact nor stop.
+        """
+        if self.name != "impact_velocity":
+            answer: float = getattr(summary, self.name)
+            return answer - self.value
+        if summary.impact_velocity is not None:
+            return 0.5 * (summary.impact_velocity**2 - self.value**2)
+        if summary.outcome != "stopped":
+            raise ValueError(f"neither impact nor stop by {summary.end_time:g} s")
+        fallen = max(case.shell.height - summary.minimum_height, 1e-9 * case.shell.height)
+        return -0.5 * case.cargo.velocity**2 * summary.minimum_height / fallen - 0.5 * self.value**2
+
+
+@dataclass(frozen=True)
+class Point:
+    """One value that was tried."""
+
+    value: float  # SI unit of the path
+    summary: Summary | None
+    score: float | None  # None where there is no answer
+    fault: str = ""  # then why
+
+    def in_words(self, target: Target) -> str:
+        """What the value gave."""
+        return self.fault.split(",")[0] if self.summary is None or self.score is None else answer(self.summary, target)
+
+
+@dataclass(frozen=True)
+class Design:
+    """The value found: of the two ends of the last bracket the one whose answer does not exceed the target."""
+
+    value: float  # SI unit of the path
+    bracket: tuple[float, float]
+    error: float | None  # of the value: numerical error of the score over its slope, and the bracket; None without one
+    basis: str  # what the error rests on
+    summary: Summary  # at the value; that of the climb there, where the case asks for a tolerance
+    points: list[Point]  # all that was tried, in the order of the values
+    others: int  # how often else the answer crosses the target in the range
+    missed: str = ""  # what the climb at the value gives, where that is off the target by more than all errors
+
+
+@dataclass(frozen=True)
+class Question:
+    """A case file, the path to vary and the answer wanted."""
+
+    case: Case  # as the file gives it
+    load: Callable[[float], Case]  # the case with a value of the path, SI unit
+    path: str
+    unit: str
+    target: Target
+    low: float
+    high: float
+    check: Callable[[float], Climb] | None  # climbs the case with a value, where it asks for a tolerance
+
+
+def ask(
+    file: str | Path,
+    overrides: Sequence[str] = (),
+    path: str = "pressure.value",
+    target: str = "impact_velocity=0",
+    between: str | None = None,
+    budget: float = BUDGET,
+    report: Callable[[Rung], None] | None = None,
+) -> Question:
+    """Read the question: `between` is LOW:HIGH, by default a third to three times the value of the case.
+
+    That of `pressure.value` is the mean pressure of section 2.2, for a sine its largest one. A case with a tolerance is climbed
+    (`budget` s, `report`) for the level and the grid to search on, and once more at the value found, which may be another scene.
+    Raises CaseError, and ValueError for the other texts.
+    """
+    goal, given = _target(target), quantities(file, overrides)
+    case = load_case(file, overrides)
+    key = key_at(path)
+    physical = path.split(".")[0] in (*PHYSICS, "gravity", "friction")
+    if key is None or not physical or not isinstance(key.kind, Dimension) or key.many:
+        raise ValueError(f"--find {path}: not a quantity of the drop; a path such as pressure.value or fabric.E is wanted")
+    if between is not None:
+        low, high = _between(between, key.kind)
+    elif path == "pressure.value":
+        stop = full_stop(case.cargo.mass, case.cargo.velocity, case.gravity, case.shell.height, case.shell.diameter)
+        middle = stop.largest if case.pressure.law == "sine" else stop.mean
+        low, high = middle / REACH, middle * REACH
+    elif isinstance(value := given.get(path), float):
+        low, high = sorted((value / REACH, value * REACH))
+    else:
+        raise ValueError(f"--find {path}: the case gives no value to start from; --range LOW:HIGH is wanted")
+
+    def varied(value: float) -> Case:
+        return load_case(file, [*overrides, f"{path}={value!r}"])
+
+    try:
+        varied(low), varied(high)  # before the first run
+    except CaseError as error:
+        fault = error.faults[0].partition(": ")[2]
+        raise ValueError(f"--find {path} from {low:.6g} to {high:.6g}: {fault}") from None
+    if goal.name.startswith("peak_tension") and case.model.fidelity == "lumped":
+        raise ValueError(f"--target {target}: a lumped case has no shell, and so no tensions")
+    if goal.name == "peak_tension_belt" and not case.belts:
+        raise ValueError(f"--target {target}: the case has no belts")
+    tolerance = case.tolerance
+    if tolerance is None:
+        return Question(case, varied, path, key.kind.unit, goal, low, high, None)
+    chosen = climb(case, tolerance, budget, report).case
+
+    def load(value: float) -> Case:
+        return level(varied(value), chosen.model.fidelity, chosen.grid.generatrix, chosen.grid.hoop, chosen.time.courant)
+
+    def check(value: float) -> Climb:
+        return climb(varied(value), tolerance, budget, report)
+
+    return Question(case, load, path, key.kind.unit, goal, low, high, check)
+
+
+def _target(text: str) -> Target:
+    name, _, value = (part.strip() for part in text.partition("="))
+    if name not in TARGETS:
+        close = get_close_matches(name, TARGETS, 1)
+        hint = f"did you mean '{close[0]}'?" if close else f"known are {', '.join(TARGETS)}"
+        raise ValueError(f"--target {text}: unknown answer '{name}'; {hint}")
+    try:
+        number = parse_quantity(value, TARGETS[name])
+    except ValueError as error:
+        raise ValueError(f"--target {text}: {error}; {TARGETS[name].phrase} such as {name}={EXAMPLES[name]} is wanted") from None
+    if number < 0.0:
+        raise ValueError(f"--target {text}: {value} is out of range; {TARGETS[name].phrase} >= 0 is wanted")
+    return Target(name, number)
+
+
+def _between(text: str, kind: Dimension) -> tuple[float, float]:
+    parts = text.split(":")
+    try:
+        if len(parts) != 2:
+            raise ValueError(f"'{text}' is not LOW:HIGH")
+        low, high = (parse_quantity(part, kind) for part in parts)
+    except ValueError as error:
+        raise ValueError(f"--range {text}: {error}; {kind.phrase} on both sides of a colon is wanted") from None
+    if not low < high:
+        raise ValueError(f"--range {text}: not a range; LOW < HIGH is wanted")
+    return low, high
+
+
+def piston(case: Case) -> tuple[FullStop, list[tuple[float, Summary]]]:
+    """Section 2.2, and what a piston does under its two sinusoids (2.10) with the peak at some times (s).
+
+    Their mean over time is that of the full stop wherever the peak stands; the work is not, as it is a mean over the way.
+    """
+    stop = full_stop(case.cargo.mass, case.cargo.velocity, case.gravity, case.shell.height, case.shell.diameter)
+    gas = level(case, "lumped", case.grid.generatrix, case.grid.hoop)
+    tried = []
+    for share in PEAKS:
+        peak_time = share * (1 - 1e-9) * stop.end_time  # (2.10) divides by the rest
+        law = replace(gas.pressure, law="sine", value=stop.largest, peak_time=peak_time, end_time=stop.end_time)
+        time = replace(gas.time, end=2 * stop.end_time)
+        tried.append((peak_time, run(replace(gas, pressure=law, time=time))))
+    return stop, tried
+
+
+def find(question: Question, report: Callable[[Point], None] | None = None) -> Design:
+    """Find the lowest value of the range that brings the answer to its target.
+
+    report: told each value tried. The range is looked at in POINTS places, so that a value
+    where the run diverges, or an answer that rises and falls again, does not mislead the search. Raises NotReached.
+    """
+    target, low, high = question.target, question.low, question.high
+    points: list[Point] = []
+
+    def attempt(values: Sequence[float]) -> list[Point]:
+        tried = _tried(question.load, target, values)
+        points.extend(tried)
+        for point in tried:
+            if report is not None:
+                report(point)
+        return tried
+
+    ratio = high / low if low > 0.0 else math.inf
+    steps = [k / (POINTS - 1) for k in range(POINTS)]
+    scan = attempt([low * ratio**share if ratio < math.inf else low + share * (high - low) for share in steps])
+    crossings = [(a, b) for a, b in pairwise(scan) if _across(a, b)]
+    if not crossings:
+        raise NotReached(_missed(scan, target))
+    first, second = _close_in(lambda value: attempt([value])[0], *crossings[0])
+    scores = [point.score for point in scan if point.score is not None]
+    if abs((first.score or 0.0) - (second.score or 0.0)) > JUMP * (max(scores) - min(scores)):
+        raise NotReached(
+            f"the answer jumps across the target between {first.value:.8g} ({first.in_words(target)}) "
+            f"and {second.value:.8g} ({second.in_words(target)})"
+        )
+    best = min((first, second), key=lambda point: point.score or 0.0)
+    assert best.summary is not None
+    slope = _slope(*attempt([best.value * (1 - NUDGE), best.value * (1 + NUDGE)])) or _slope(*crossings[0])
+    numerical, basis = _numerical_error(question.load(best.value), target, best.summary)
+    bracket = (min(first.value, second.value), max(first.value, second.value))
+    error = None if numerical is None else numerical / abs(slope) + bracket[1] - bracket[0]
+    points.sort(key=lambda point: point.value)
+    if question.check is None:
+        return Design(best.value, bracket, error, basis, best.summary, points, len(crossings) - 1)
+    checked = question.check(best.value)
+    missed = _missed_by(checked, target, abs(slope) * (error or 0.0))
+    return Design(best.value, bracket, error, basis, checked.summary, points, len(crossings) - 1, missed)
+
+
+def _missed_by(checked: Climb, target: Target, error: float) -> str:
+    """What a climb gives, in words, where its score is off 0 by more than its own error and that of the search (of the score)."""
+    summary = checked.summary
+    score, own = target.score(checked.case, summary), (summary.peak_errors or {}).get(target.name) or 0.0
+    if target.name == "impact_velocity":
+        speed, bar = summary.impact_velocity or 0.0, summary.impact_velocity_error or 0.0
+        own = speed * bar + 0.5 * bar**2  # of V²/2
+    return f"the check gives {answer(summary, target)}, not {target}" if abs(score) > own + error else ""
+
+
+def answer(summary: Summary, target: Target) -> str:
+    """What a run gave, in words."""
+    value: float | None = getattr(summary, target.name)
+    if value is None:
+        return f"stopped at a height of {summary.minimum_height:.4g} m"
+    return f"{value:.5g} {TARGETS[target.name].unit}"
+
+
+def _tried(load: Callable[[float], Case], target: Target, values: Sequence[float]) -> list[Point]:
+    cases = [load(value) for value in values]
+    tried = []
+    for value, case, (summary, fault, _) in zip(values, cases, run_batch(cases), strict=True):
+        if fault is not None or summary is None:
+            tried.append(Point(value, None, None, fault or ""))
+            continue
+        try:
+            tried.append(Point(value, summary, target.score(case, summary)))
+        except ValueError as none:
+            tried.append(Point(value, summary, None, str(none)))
+    return tried
+
+
+def _across(a: Point, b: Point) -> bool:
+    return a.score is not None and b.score is not None and (a.score > 0.0) != (b.score > 0.0)
+
+
+def _slope(a: Point, b: Point) -> float:
+    """Change of the score per unit of the value; 0 where it is not known."""
+    return 0.0 if a.score is None or b.score is None else (b.score - a.score) / (b.value - a.value)
+
+
+def _close_in(attempt: Callable[[float], Point], a: Point, b: Point) -> tuple[Point, Point]:
+    """Narrow a bracket to WIDTH: inverse quadratic interpolation where it is safe, else halves. Chandrupatla, 1997."""
+    share = 0.5
+    while True:
+        new = attempt(a.value + share * (b.value - a.value))
+        if new.score is None:
+            raise NotReached(f"between {a.value:.6g} and {b.value:.6g}, where the target lies, there is no answer: {new.fault}")
+        last = a if not _across(new, a) else b
+        a, b = new, b if last is a else a
+        assert a.score is not None and b.score is not None and last.score is not None
+        least = WIDTH * abs(a.value) / abs(b.value - a.value)
+        if least >= 1.0 or a.score == 0.0:
+            return a, b
+        share = 0.5
+        xi, phi = (a.value - b.value) / (last.value - b.value), (a.score - b.score) / (last.score - b.score)
+        if phi**2 < xi and (1 - phi) ** 2 < 1 - xi:
+            beyond = (last.value - a.value) / (b.value - a.value)
+            share = a.score / (b.score - a.score) * last.score / (b.score - last.score)
+            share += beyond * a.score / (last.score - a.score) * b.score / (last.score - b.score)
+        share = min(max(share, 0.5 * least), 1 - 0.5 * least)
+
+
+def _numerical_error(case: Case, target: Target, summary: Summary) -> tuple[float | None, str]:
+    """Error of the score by neighbouring grids, and in words what it rests on."""
+    if case.model.fidelity == "lumped":
+        return 0.0, "gas alone has no grid; the last bracket"
+    try:
+        runs = [*neighbours(case), summary]
+        scores = [target.score(case, one) for one in runs]
+    except (Diverged, ValueError) as fault:
+        return None, f"no error bar: a coarser grid has no answer ({str(fault).split(';')[0]})"
+    error = estimate_of_neighbours([one.model.generatrix for one in runs], scores).error
+    return error, "four grids beside one another, and the last bracket"
+
+
+def _missed(scan: Sequence[Point], target: Target) -> str:
+    ends = "; ".join(f"at {point.value:.6g}: {point.in_words(target)}" for point in (scan[0], scan[-1]))
+    known = [point for point in scan if point.score is not None]
+    late = sum("neither impact nor stop" in point.fault for point in scan)
+    longer = "; raise time.end" if 2 * late > len(scan) else ""
+    if not known:
+        return f"no value in the range reaches {target}: none of {len(scan)} has an answer; {ends}{longer}"
+    near = min(known, key=lambda point: abs(point.score or 0.0))
+    lost = len(scan) - len(known)
+    without = f", {lost} of {len(scan)} without an answer" if lost else ""
+    return (
+        f"no value in the range reaches {target}: {ends}; nearest is {near.value:.6g}: {near.in_words(target)}{without}{longer}"
+    )

@@ -1,0 +1,285 @@
+"""Many drops of one case file: what is to run, a journal of what has run, and where it runs.
+
+A sweep's folder holds plan.json (axes and runs), a journal that grows by a line a run, and what `sweep_results` makes of them. A
+run is known by a hash of its resolved case and of the program, so whoever starts the same sweep again, after a kill or with more
+values, runs only what no journal has. Shards write journals of their own into the same folder, or into others, to be merged.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import os
+import re
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from dataclasses import asdict, dataclass
+from functools import cache
+from itertools import islice
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import h5py
+
+from softbrake import __version__
+from softbrake.case.case import Case, case_to_dict
+from softbrake.core.columns import UNITS
+from softbrake.core.jit import PACKAGE, hash_sources
+from softbrake.sim.result_file import HISTORY_DTYPE
+from softbrake.studies.axes import Axis, Designs
+from softbrake.studies.batch import Dropped, run_batch, run_one
+
+if TYPE_CHECKING:
+    from distributed import Client
+
+PLAN, JOURNAL, HISTORIES = "plan.json", "journal", "histories"
+AT_ONCE = {"axisymmetric": 16, "lumped": 16}  # runs of one task of a cluster, whose upkeep takes a millisecond; else 1
+PATIENCE = 30  # s, for a cluster's scheduler and its first worker
+Record = dict[str, Any]  # a line of the journal: id, summary or None, fault or None
+
+
+class SweepError(Exception):
+    """A sweep cannot be run or read; the message is one line for the user."""
+
+
+class Run(NamedTuple):
+    """One run of a plan."""
+
+    id: str
+    values: tuple[float | str, ...]  # of the axes
+
+
+@dataclass(frozen=True)
+class Plan:
+    """What a sweep runs, as plan.json keeps it."""
+
+    title: str
+    version: str
+    source_hash: str
+    axes: tuple[Axis, ...]
+    runs: tuple[Run, ...]
+    case: dict[str, Any]  # resolved, of the first run
+
+
+class Shard(NamedTuple):
+    """One of several parts of a sweep, each run by a process of its own."""
+
+    number: int = 1
+    of: int = 1
+
+    def named(self, stem: str, suffix: str) -> str:
+        """Name of the shard's own file."""
+        return f"{stem}{suffix}" if self.of == 1 else f"{stem}-{self.number}-of-{self.of}{suffix}"
+
+
+WHOLE = Shard()
+
+
+@cache
+def source_hash() -> str:
+    """Hash of the program, part of each run's id."""
+    return hash_sources(PACKAGE)
+
+
+def run_id(case: Case) -> str:
+    """Hash of a resolved case and of the program that runs it."""
+    text = json.dumps([case_to_dict(case), __version__, source_hash()], sort_keys=True)
+    return hashlib.sha256(text.encode()).hexdigest()[:16]
+
+
+def make_plan(designs: Designs) -> tuple[Plan, dict[str, Case]]:
+    """Return the plan of the designs, and the cases by the ids of their runs; two equal cases are one run."""
+    cases = [(run_id(design.case), design) for design in designs.all]
+    runs = tuple(Run(id, design.values) for id, design in cases)
+    first = designs.all[0].case
+    return Plan(first.title, __version__, source_hash(), designs.axes, runs, case_to_dict(first)), {
+        id: design.case for id, design in cases
+    }
+
+
+def run_sweep(
+    designs: Designs,
+    folder: Path,
+    *,
+    shard: Shard = WHOLE,
+    threads: int | None = None,
+    scheduler: str | None = None,
+    histories: bool = False,
+    progress: Callable[[int, int, bool], None] | None = None,
+) -> Plan:
+    """Run all designs, or a shard of them, that no journal in the folder has.
+
+    threads: of this machine, default one a core; scheduler: address of a dask scheduler, whose workers run instead of them.
+    histories: keep those as well, in histories.h5, a dataset a run named by its id, units in the file's attributes. progress:
+    told the number of runs done, of all, and whether the last was computed now.
+    Raises SweepError; whatever breaks it off, the journal has what was done.
+    """
+    if histories and any(design.case.tolerance is not None for design in designs.all):
+        raise SweepError("--histories: a case with a tolerance has none, its answer is of several runs")
+    client = _connected(scheduler) if scheduler else None
+    plan, cases = make_plan(designs)
+    mine = dict.fromkeys(run.id for run in plan.runs[shard.number - 1 :: shard.of])
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        write_plan(folder, plan)
+        kept = _Histories(folder / shard.named(HISTORIES, ".h5")) if histories else None
+        journal = _mended(folder / shard.named(JOURNAL, ".jsonl"))
+        known = read_journals(folder)
+    except OSError as error:
+        raise SweepError(f"{folder}: {error.strerror or error}") from error
+    todo = {id: cases[id] for id in mine if id not in known or (kept is not None and id not in kept.ids)}
+    done = len(mine) - len(todo)
+    answers = _on_cluster(client, todo, histories) if client else _here(todo, threads, histories)
+    if progress is not None:
+        progress(done, len(mine), False)
+    try:
+        with open(journal, "a", encoding="utf-8") as stream:
+            for id, answer in answers:
+                if kept is not None and answer.history is not None:
+                    kept.add(id, answer.history)
+                if id not in known:
+                    stream.write(json.dumps(_record(id, answer)) + "\n")
+                    stream.flush()
+                done += 1
+                if progress is not None:
+                    progress(done, len(mine), True)
+    except OSError as error:  # disk full, folder gone
+        raise SweepError(f"{folder}: {error.strerror or error}; the same command goes on from here") from error
+    finally:
+        if kept is not None:
+            kept.file.close()
+    return plan
+
+
+def _record(id: str, answer: Dropped) -> Record:
+    return {"id": id, "fault": answer.fault, "summary": None if answer.summary is None else asdict(answer.summary)}
+
+
+def _here(todo: dict[str, Case], threads: int | None, histories: bool) -> Iterator[tuple[str, Dropped]]:
+    yield from zip(todo, run_batch(todo.values(), threads=threads, histories=histories), strict=True)
+
+
+def _connected(address: str) -> Client:
+    """Return the client of a dask scheduler that has workers. Raises SweepError."""
+    try:
+        from distributed import Client
+    except ImportError:
+        raise SweepError("--scheduler needs dask: pip install 'softbrake[dask]'") from None
+    wanted = "the address of a dask scheduler such as tcp://host:8786 is wanted"
+    if not re.fullmatch(r"[a-z]+://\S+:[0-9]+", address):  # dask would try for a minute
+        raise SweepError(f"--scheduler {address}: not an address; {wanted}")
+    try:
+        client = Client(address, set_as_default=False, timeout=PATIENCE)
+    except OSError as error:
+        raise SweepError(f"--scheduler {address}: {error}; {wanted}") from None
+    try:
+        client.wait_for_workers(1, timeout=PATIENCE)
+    except TimeoutError:
+        client.close()
+        fault = f"no worker within {PATIENCE} s; `dask worker {address}` starts one"
+        raise SweepError(f"--scheduler {address}: {fault}") from None
+    return client
+
+
+def _on_cluster(client: Client, todo: dict[str, Case], histories: bool) -> Iterator[tuple[str, Dropped]]:
+    """Run cases on the workers of a dask scheduler; a worker's death moves its runs to others."""
+    from distributed import KilledWorker, as_completed
+
+    with client:
+        tasks = {client.submit(_task, list(part.values()), histories, pure=False): list(part) for part in _parts(todo)}
+        for task in as_completed(tasks, loop=client.loop):
+            ids = tasks.pop(task)
+            if task.status == "error" and isinstance(task.exception(), KilledWorker):
+                continue  # lost with its workers, several times
+            theirs, answers = task.result()
+            if theirs != source_hash():
+                raise SweepError("--scheduler: a worker has another version of softbrake; the same is wanted everywhere")
+            yield from zip(ids, answers, strict=True)
+            task.release()
+
+
+def _parts(todo: dict[str, Case]) -> Iterator[dict[str, Case]]:
+    items = iter(todo.items())
+    for id, case in items:
+        more = AT_ONCE.get(case.model.fidelity, 1) - 1
+        yield {id: case, **dict(islice(items, more))}
+
+
+def _task(cases: Sequence[Case], histories: bool) -> tuple[str, list[Dropped]]:
+    """What a worker does: run some cases, and say by which program."""
+    return source_hash(), [run_one(case, histories) for case in cases]
+
+
+def write_plan(folder: Path, plan: Plan) -> None:
+    """Write plan.json, all of it or nothing."""
+    draft = folder / f".{PLAN}.{os.getpid()}"
+    draft.write_text(json.dumps(asdict(plan)), encoding="utf-8")
+    draft.replace(folder / PLAN)
+
+
+def read_plan(folder: Path) -> Plan:
+    """The plan of a sweep's folder. Raises SweepError."""
+    try:
+        plan = json.loads((folder / PLAN).read_text(encoding="utf-8"))
+        axes = tuple(Axis(*axis) for axis in plan.pop("axes"))
+        return Plan(axes=axes, runs=tuple(Run(id, tuple(values)) for id, values in plan.pop("runs")), **plan)
+    except OSError as error:
+        raise SweepError(f"{folder / PLAN}: {error.strerror or error}; the folder of a sweep is wanted") from None
+    except (ValueError, KeyError, TypeError, AttributeError):
+        raise SweepError(f"{folder / PLAN}: not the plan of a sweep") from None
+
+
+def read_journals(folder: Path) -> dict[str, Record]:
+    """What the journals of a folder have, by id; the torn last line of a run that was killed counts for nothing."""
+    known: dict[str, Record] = {}
+    for path in sorted(folder.glob(f"{JOURNAL}*.jsonl")):
+        for line in path.read_text(encoding="utf-8").splitlines():
+            try:
+                record = json.loads(line)
+            except ValueError:
+                continue
+            if isinstance(record, dict) and {"id", "summary", "fault"} <= record.keys():
+                known.setdefault(record["id"], record)
+    return known
+
+
+def _mended(journal: Path) -> Path:
+    """Cut a torn last line off, so that the next one starts a line of its own."""
+    if journal.exists():
+        with open(journal, "rb+") as stream:
+            stream.truncate(stream.read().rfind(b"\n") + 1)
+    return journal
+
+
+class _Histories:
+    """histories.h5; a file that a kill left unreadable starts anew."""
+
+    def __init__(self, path: Path) -> None:
+        try:
+            self.file = h5py.File(path, "a", locking=False)
+            self.ids = set(self.file)
+        except (OSError, RuntimeError):
+            self.file = h5py.File(path, "w", locking=False)
+            self.ids = set()
+        self.file.attrs.update({column.name.lower(): unit for column, unit in UNITS.items()})
+
+    def add(self, id: str, history: Any) -> None:
+        rows = history.view(HISTORY_DTYPE)[:, 0]
+        if id in self.file:  # of a sweep that was killed before it wrote the line of its journal
+            del self.file[id]
+        self.file.create_dataset(id, data=rows, compression="gzip", compression_opts=4, shuffle=True)
+        self.file.flush()
+
+
+def merge_folders(folders: Iterable[Path]) -> tuple[Plan, dict[str, Record]]:
+    """Plan and records of the shards of one sweep, in one folder or several. Raises SweepError where plans differ."""
+    plan: Plan | None = None
+    known: dict[str, Record] = {}
+    for folder in folders:
+        other = read_plan(folder)
+        if plan is not None and other != plan:
+            raise SweepError(f"{folder}: of another sweep, or by another version of softbrake; shards of one sweep are wanted")
+        plan = other
+        known = read_journals(folder) | known
+    if plan is None:
+        raise SweepError("no folder to merge")
+    return plan, {id: known[id] for id in dict.fromkeys(run.id for run in plan.runs) if id in known}
