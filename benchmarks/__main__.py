@@ -37,9 +37,9 @@ from softbrake.core.arrays import Floats, Outcome, State
 from softbrake.core.columns import History
 from softbrake.core.loop.step_size import stable_step
 from softbrake.core.loop.time_loop import STEPS_PER_STEP_CHOICE
-from softbrake.sim.build import build_sweep
+from softbrake.sim.build import build_workspace
 from softbrake.sim.result_file import read_summary
-from softbrake.sim.simulation import Diverged, Drop
+from softbrake.sim.simulation import Diverged, Simulation
 
 BASELINE = Path(__file__).with_name("baseline.json")
 FALLEN = 1.5  # times the time per node and step of the baseline: a rate fallen by a third
@@ -62,7 +62,7 @@ def paper(*overrides: str) -> Case:
 def kernel_rate(grid: tuple[int, int], calibration: Calibration, *overrides: str, until: float = FLIGHT) -> Row:
     """Measure a step of the full shell: medians of CPU time over repeats of the same steps, each beside the calibration loop."""
     generatrix, hoop = grid
-    drop = Drop(paper(f"grid.generatrix={generatrix}", f"grid.hoop={hoop}", *overrides))
+    drop = Simulation(paper(f"grid.generatrix={generatrix}", f"grid.hoop={hoop}", *overrides))
     nodes = (generatrix + 1) * hoop
     outcome = Outcome.RUNNING
     while outcome == Outcome.RUNNING and drop.now(History.TIME) < until:
@@ -70,8 +70,8 @@ def kernel_rate(grid: tuple[int, int], calibration: Calibration, *overrides: str
     start_state = deepcopy(drop.state)
     most = max(round(CHUNK_SECONDS / (20e-9 * nodes)), STEPS_PER_STEP_CHOICE)
     rates, ratios, choices = [], [], []
-    sweep = build_sweep(drop.model)
-    choose_steps(drop.model, drop.state.nodes, sweep, 1)  # compiles
+    workspace = build_workspace(drop.model)
+    choose_steps(drop.model, drop.state.nodes, workspace, 1)  # compiles
     for _ in range(CHUNKS):
         machine = calibration.nanoseconds()
         restore(drop, start_state)
@@ -80,7 +80,7 @@ def kernel_rate(grid: tuple[int, int], calibration: Calibration, *overrides: str
         rates.append(1e9 * (process_time() - start) / (nodes * most))
         ratios.append(rates[-1] / machine)
         start = process_time()
-        choose_steps(drop.model, drop.state.nodes, sweep, STEPS_PER_STEP_CHOICE)
+        choose_steps(drop.model, drop.state.nodes, workspace, STEPS_PER_STEP_CHOICE)
         choices.append(1e9 * (process_time() - start) / (nodes * STEPS_PER_STEP_CHOICE))
     if outcome != Outcome.RUNNING:
         raise RuntimeError(f"grid {generatrix} x {hoop}, {', '.join(overrides)}: {outcome.name.lower()} while it was timed")
@@ -97,7 +97,7 @@ def kernel_rate(grid: tuple[int, int], calibration: Calibration, *overrides: str
     }
 
 
-def restore(drop: Drop, state: State) -> None:
+def restore(drop: Simulation, state: State) -> None:
     """Set a drop back to a copy of its state."""
     for now, then in zip(arrays(drop.state), arrays(state), strict=True):
         now[:] = then
@@ -126,10 +126,10 @@ def beside_yardstick(folder: Path, grid: tuple[int, int], calibration: Calibrati
 
 
 @njit(error_model="numpy")
-def choose_steps(model, nodes, sweep, count):
+def choose_steps(model, nodes, workspace, count):
     """Choose the step count times, in one call: Python takes longer to hand over the arrays than the choice takes."""
     for _ in range(count):
-        stable_step(model, nodes, sweep)
+        stable_step(model, nodes, workspace)
 
 
 def arrays(part: Any) -> Iterator[Floats]:

@@ -21,9 +21,9 @@ from benchmarks.scenes import scene
 from softbrake.case.case import Case, level, parse_case
 from softbrake.core.arrays import Outcome
 from softbrake.core.columns import History
-from softbrake.sim import simulation as drop
-from softbrake.sim.simulation import Diverged, Drop, cores
-from softbrake.studies.error_control import LEAST_SPEED, OUT_OF_ROUND, allowed, climb, speed_of
+from softbrake.sim import simulation
+from softbrake.sim.simulation import Diverged, Simulation, cores
+from softbrake.studies.error_control import LEAST_SPEED, OUT_OF_ROUND, allowed, refine, speed_of
 
 REFERENCES = Path(__file__).with_name("claims.json")
 FINE = 18.0  # cells in a radius
@@ -44,7 +44,7 @@ def refer(number: int) -> dict[str, Any]:
     n2 = 8 * math.ceil(2.0 * math.pi * FINE / 8.0)
     shells = []
     for member, size in enumerate(SIZES):
-        falling, out, outcome = Drop(level(case, "full", n1, n2)), 0.0, Outcome.RUNNING
+        falling, out, outcome = Simulation(level(case, "full", n1, n2)), 0.0, Outcome.RUNNING
         falling.disturb(size * radius, SEEDS + member)
         interval = case.shell.height / case.cargo.velocity / 50
         while outcome == Outcome.RUNNING:
@@ -64,7 +64,7 @@ def refer(number: int) -> dict[str, Any]:
                 "peak_deceleration": answer.peak_deceleration,
                 "peak_tension_hoop": answer.peak_tension_hoop,
                 "out_of_round": out / radius,
-                "crossings": answer.crossings,
+                "crossings": answer.missed_collisions,
                 "elastic": answer.work.elastic,
                 "seconds": answer.kernel_seconds,
             }
@@ -98,19 +98,19 @@ def exact(number: int) -> dict[str, float]:
     """Impact velocities of the axisymmetric shell of a scene: on the grid of its references, and on one five times as fine."""
     case = case_of(number)
     n1 = math.ceil(case.shell.height / (0.5 * case.shell.diameter) * FINE)
-    twin, limit = (drop.run(level(case, "axisymmetric", cells, 120)) for cells in (n1, 5 * n1))
+    twin, limit = (simulation.run(level(case, "axisymmetric", cells, 120)) for cells in (n1, 5 * n1))
     return {"twin": speed_of(twin), "limit": speed_of(limit)}
 
 
 def claim(job: tuple[int, float, float]) -> dict[str, Any]:
     """What a scene is answered for a tolerance within a budget."""
     number, tolerance, budget = job
-    found = climb(case_of(number), tolerance, budget)
+    found = refine(case_of(number), tolerance, budget)
     answer = found.summary
     return {
         "velocity": speed_of(answer),
         "error": math.inf if answer.impact_velocity_error is None else answer.impact_velocity_error,
-        "seconds": sum(rung.seconds for rung in answer.ladder),
+        "seconds": sum(trial.seconds for trial in answer.trials),
         "basis": "ensemble" if answer.ensemble is not None else found.case.model.fidelity,
         "doubt": answer.doubt,
     }
@@ -136,8 +136,8 @@ def claims(scenes: int, tolerances: list[float], budget: float) -> None:
             one = kept[str(number)]
             shells = [shell for shell in one["shells"] if shell["outcome"] != "diverged"]
             is_round = all(shell["out_of_round"] <= OUT_OF_ROUND for shell in shells)
-            shift = one["limit"] - one["twin"] if is_round else 0.0
-            values = [shell["impact_velocity"] + shift for shell in shells]
+            change_velocity = one["limit"] - one["twin"] if is_round else 0.0
+            values = [shell["impact_velocity"] + change_velocity for shell in shells]
             holds = max(abs(value - answer["velocity"]) for value in values) <= answer["error"]
             inside += holds
             for tolerance in tolerances:

@@ -18,7 +18,7 @@ from benchmarks.reproduction import CONFIGS, table
 from softbrake.core.arrays import Outcome
 from softbrake.core.columns import History
 from softbrake.report.plots.drop import draw_drop
-from softbrake.sim.simulation import Drop
+from softbrake.sim.simulation import Simulation
 from softbrake.sim.summary import Summary
 from softbrake.studies.convergence import estimate
 
@@ -60,7 +60,7 @@ def velocity(*overrides: str) -> float:
 
 def push(*overrides: str) -> tuple[float, float, float]:
     """Return impact velocity (m/s), peak deceleration (m/s^2) and impulse of contact on the cargo (N s)."""
-    drop = Drop(softbrake.load_case(CONFIGS / "paper-contact.yaml", overrides))
+    drop = Simulation(softbrake.load_case(CONFIGS / "paper-contact.yaml", overrides))
     impulse, outcome = 0.0, Outcome.RUNNING
     while outcome == Outcome.RUNNING:
         rows, outcome = drop.advance(most=500)
@@ -74,7 +74,7 @@ def disturbed(contact: str, *overrides: str) -> tuple[list[float], float]:
     case = softbrake.load_case(CONFIGS / "paper-contact.yaml", [f"contact={contact}", "time.courant=auto", *overrides])
     velocities, seconds = [], []
     for seed in range(SEEDS):
-        drop = Drop(case)
+        drop = Simulation(case)
         drop.advance(most=0)
         drop.disturb(DISTURBANCE * 0.5 * case.shell.diameter, seed)
         summary = drop.run()
@@ -94,7 +94,7 @@ def cost(contact: str, *overrides: str) -> tuple[float, float]:
     case = softbrake.load_case(CONFIGS / "paper.yaml", [f"contact={contact}", "time.courant=0.9", *overrides])
     found = []
     for _ in range(TIMES):
-        drop, outcome = Drop(case), Outcome.RUNNING
+        drop, outcome = Simulation(case), Outcome.RUNNING
         drop.advance(most=1)
         parts = []
         for until in (STANDING, math.inf):

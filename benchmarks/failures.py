@@ -21,7 +21,7 @@ from softbrake.core.loop.step_size import stable_step
 from softbrake.core.pressure import pressure_at
 from softbrake.sim.build import grid_view, initial_energy, meridian_view
 from softbrake.sim.relax import Held
-from softbrake.sim.simulation import Drop
+from softbrake.sim.simulation import Simulation
 
 Floats = NDArray[np.float64]
 CONFIGS = Path(__file__).resolve().parents[1] / "configs"
@@ -30,14 +30,14 @@ BLOCK = 4000  # steps
 ROUND = ("model.fidelity=axisymmetric", "grid={generatrix: 24, hoop: 720}")
 
 
-def inflated(*overrides: str) -> Drop:
+def inflated(*overrides: str) -> Simulation:
     """The shell of the paper without belts at rest under a held cover."""
-    drop = Drop(load_case(CONFIGS / "no-belts.yaml", [*SMALL, *overrides]))
+    drop = Simulation(load_case(CONFIGS / "no-belts.yaml", [*SMALL, *overrides]))
     drop.inflate()
     return drop
 
 
-def close(drop: Drop) -> None:
+def close(drop: Simulation) -> None:
     """Renew the copies at both ends of all rows."""
     for row in range(drop.model.n1 + 1):
         close_nodes(drop.state.nodes, np.uint64(row * drop.model.stride + PAD), drop.model.n2)
@@ -45,7 +45,7 @@ def close(drop: Drop) -> None:
 
 def checkerboard(scheme: str, size: float = 1e-6) -> tuple[Floats, Floats]:
     """Times (s) and amplitude (m) of places that alternate from node to node, seeded at the start of a drop to its end."""
-    drop = Drop(
+    drop = Simulation(
         load_case(CONFIGS / "no-belts.yaml", ["grid={generatrix: 24, hoop: 48}", f"model.scheme={scheme}", "contact=ground"])
     )
     model = drop.model
@@ -65,7 +65,7 @@ def checkerboard(scheme: str, size: float = 1e-6) -> tuple[Floats, Floats]:
     return np.array(times), np.array(found)
 
 
-def held_motion(drop: Drop, courant: float, steps: int = 300) -> Floats:
+def held_motion(drop: Simulation, courant: float, steps: int = 300) -> Floats:
     """Root mean square speed (m/s) of the free nodes, disturbed by a hair, in steps of a part of the longest stable one."""
     drop.disturb(1e-8, seed=2)
     held, speeds = Held(drop.model._replace(courant=courant), drop.state, drop.step), []
@@ -81,7 +81,7 @@ def viscosity_ignored(viscosity: float) -> float:
     """The step that would be stable without viscosity over that which is with it."""
     drop = inflated(f"fabric.viscosity={viscosity}")
     calm = drop.model._replace(fabric=drop.model.fabric._replace(viscosity=0.0))
-    return float(stable_step(calm, drop.state.nodes, drop.sweep) / stable_step(drop.model, drop.state.nodes, drop.sweep))
+    return float(stable_step(calm, drop.state.nodes, drop.workspace) / stable_step(drop.model, drop.state.nodes, drop.workspace))
 
 
 def twist(modulus: float, steps: int = 1500) -> tuple[Floats, Floats]:
@@ -110,7 +110,7 @@ def cycling(law: str, courant: float, viscosity: float = 0.0) -> tuple[Floats, F
     case = load_case(
         CONFIGS / "no-belts.yaml", [*ROUND, *fabric, f"time.courant={courant}", "contact=[ground, cover, cargo, axis]"]
     )
-    drop, times, gains, outcome = Drop(case), [], [], Outcome.RUNNING
+    drop, times, gains, outcome = Simulation(case), [], [], Outcome.RUNNING
     while outcome == Outcome.RUNNING:
         _, outcome = drop.advance(most=50)
         times.append(drop.now(History.TIME))
@@ -121,7 +121,7 @@ def cycling(law: str, courant: float, viscosity: float = 0.0) -> tuple[Floats, F
 
 def history(*overrides: str, config: str = "paper-contact") -> Floats:
     """All rows of a drop, up to its end or its divergence."""
-    drop, rows, outcome = Drop(load_case(CONFIGS / f"{config}.yaml", overrides)), [], Outcome.RUNNING
+    drop, rows, outcome = Simulation(load_case(CONFIGS / f"{config}.yaml", overrides)), [], Outcome.RUNNING
     while outcome == Outcome.RUNNING:
         new, outcome = drop.advance()
         rows.append(new.copy())
@@ -132,12 +132,12 @@ def degenerate(share: float) -> tuple[float, Floats]:
     """Longest stable step over that of the sound shell, with one node pushed to a share of its edge from the next; its motion."""
     drop = inflated("fabric.viscosity=0.2", "time.courant=auto")
     model = drop.model
-    sound = stable_step(model, drop.state.nodes, drop.sweep)
+    sound = stable_step(model, drop.state.nodes, drop.workspace)
     for part in drop.state.nodes[:3]:
         row = grid_view(part, model)[6]
         row[7] = row[8] + share * (row[7] - row[8])
     close(drop)
-    bound = stable_step(model, drop.state.nodes, drop.sweep)
+    bound = stable_step(model, drop.state.nodes, drop.workspace)
     held, speeds = Held(model, drop.state, drop.step), []
     for _ in range(3000):
         push = held.push()
@@ -159,7 +159,7 @@ def million(steps: int = 1_000_000, courant: str = "auto") -> Million:
     others = ("cargo.mass=1e11", "cargo.velocity=1e-4", "gravity=0", "time.end=1e6", "contact=[]", "fabric.law=tension_field")
     others = (*others, "fabric.nu12=0", "initial=inflated", "fabric.viscosity=0", f"time.courant={courant}")
     case = load_case(CONFIGS / "no-belts.yaml", [*ROUND, "grid.generatrix=8", *others])
-    drop = Drop(case)
+    drop = Simulation(case)
     drop.disturb(1e-3, seed=5)
     model, nodes = drop.model, meridian_view(drop.state.nodes, drop.model)
     copies, fabric = model.hoop.whole, model.fabric

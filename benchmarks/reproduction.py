@@ -11,7 +11,7 @@ from softbrake import load_case
 from softbrake.core.arrays import Outcome
 from softbrake.core.columns import History
 from softbrake.sim.result_file import tension_scale
-from softbrake.sim.simulation import Drop
+from softbrake.sim.simulation import Simulation
 
 CONFIGS = Path(__file__).resolve().parents[1] / "configs"
 CASES = {"paper.yaml": CONFIGS / "paper.yaml", "paper-narrow-belts.yaml": CONFIGS / "paper-narrow-belts.yaml"}
@@ -48,7 +48,7 @@ CHOICES = (
 def rows(path: Path, *overrides: str) -> list[str]:
     """Cells of a line: V, height over l1 and dimensionless T22 at the paper's times, then impact time and velocity."""
     case = load_case(path, overrides)
-    drop = Drop(case)
+    drop = Simulation(case)
     scale = tension_scale(case)
     found = []
     outcome = Outcome.RUNNING

@@ -19,7 +19,7 @@ from benchmarks.scenes import scene
 from softbrake.case.case import Case, level, parse_case
 from softbrake.core.arrays import Outcome
 from softbrake.core.columns import History
-from softbrake.sim.simulation import Diverged, Drop, cores
+from softbrake.sim.simulation import Diverged, Simulation, cores
 from softbrake.sim.summary import Summary
 from softbrake.studies.error_control import allowed, speed_of
 
@@ -38,7 +38,7 @@ def grid_of(case: Case) -> tuple[int, int]:
 
 def drop(case: Case, seed: int) -> tuple[Summary | None, float]:
     """Answer of a shell, disturbed where it is full, None where it diverged, and how far it got out of round over the radius."""
-    falling, out, full = Drop(case), 0.0, case.model.fidelity == "full"
+    falling, out, full = Simulation(case), 0.0, case.model.fidelity == "full"
     if full:
         falling.disturb(LARGE * 0.5 * case.shell.diameter, seed)
     interval, outcome = case.shell.height / case.cargo.velocity / 50, Outcome.RUNNING

@@ -31,7 +31,7 @@ import numpy as np
 import softbrake
 from softbrake.case.case import Case, load_case, parse_case
 from softbrake.sim.build import initial_energy
-from softbrake.sim.simulation import Drop
+from softbrake.sim.simulation import Simulation
 from softbrake.studies.stability_map import read_axis, survey
 
 SOFTEST = 0.2  # largest p R/E'
@@ -130,7 +130,7 @@ def cases_with_potential(fidelity: str, ratio: float, courant: float) -> Iterato
 
 def gains(case: Case) -> bool:
     """Whether fabric and belts give more than GAIN of the initial energy from nowhere."""
-    drop = Drop(case)
+    drop = Simulation(case)
     try:
         drop.run()
     except softbrake.Diverged:
@@ -166,7 +166,7 @@ def drops(count: int = 1000, first: int = 0, narrow: bool = True) -> None:
     started, steps, outcomes, failures = time.perf_counter(), 0, Counter(), []
     residual, gained = 0.0, {}
     for seed in range(first, first + count):
-        drop = Drop(random_case(seed, narrow))
+        drop = Simulation(random_case(seed, narrow))
         try:
             summary = drop.run()
             residual = max(residual, abs(summary.energy_error))

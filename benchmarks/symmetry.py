@@ -17,7 +17,7 @@ from benchmarks.reproduction import CONFIGS, table
 from softbrake.case.case import Case
 from softbrake.core.arrays import Floats, Outcome
 from softbrake.core.columns import History
-from softbrake.sim.simulation import Drop
+from softbrake.sim.simulation import Simulation
 from softbrake.studies.error_control import level, speed_of
 
 PICTURE = Path(__file__).resolve().parents[1] / "docs" / "images" / "symmetry.png"
@@ -65,7 +65,7 @@ def scene(belts: str, slack: str, shear: str, damping: str, contact: str) -> Cas
 def grow(case: Case, seed: float) -> Growth:
     """Drop a disturbed full shell and watch it get out of round until it is crushed; seed: of the radius."""
     radius = 0.5 * case.shell.diameter
-    falling = Drop(level(case, "full", CELLS, 2 * CELLS))
+    falling = Simulation(level(case, "full", CELLS, 2 * CELLS))
     falling.disturb(seed * radius, 1)
     times, sizes, outcome = [], [], Outcome.RUNNING
     while outcome == Outcome.RUNNING:

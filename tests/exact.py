@@ -154,7 +154,7 @@ def static_cylinder(
 
     def shoot(unknown: Floats) -> Floats:
         start = np.array([unknown[0], 0.0, 0.0, membrane.force_1(*unknown)])
-        return course(membrane.free, start, 0.5 * height, steps)[-1]
+        return step(membrane.free, start, 0.5 * height, steps)[-1]
 
     unknown = newton(lambda unknown: shoot(unknown)[:2] - np.array([radius, 0.5 * height]), np.array([1.2 * radius, 1.02]))
     end = shoot(unknown)
@@ -183,8 +183,8 @@ def pressed_shell(membrane: Membrane, length: float, height: float, steps: int =
     def shoot(unknown: Floats) -> tuple[Floats, Floats]:
         stretch_1, flat = unknown
         rim = np.array([membrane.radius, 0.0, 0.5 * pi, membrane.force_1(membrane.radius, stretch_1)])
-        lying = course(membrane.lying, rim, flat, steps)
-        return lying, course(membrane.free, lying[-1], 0.5 * length - flat, steps)
+        lying = step(membrane.lying, rim, flat, steps)
+        return lying, step(membrane.free, lying[-1], 0.5 * length - flat, steps)
 
     def miss(unknown: Floats) -> Floats:
         _, z, angle, _ = shoot(unknown)[1][-1]
@@ -237,7 +237,7 @@ def newton(miss: Callable[[Floats], Floats], unknown: Floats) -> Floats:
     return unknown
 
 
-def course(rates: Callable[[Floats], Floats], state: Floats, length: float, steps: int) -> Floats:
+def step(rates: Callable[[Floats], Floats], state: Floats, length: float, steps: int) -> Floats:
     """States at the ends of equal steps over a length, (steps + 1, len(state))."""
     states = [state]
     for _ in range(steps):

@@ -412,8 +412,8 @@ def step(model: Model, x: Floats, v: Floats, time: float, dt: float, step: float
     new = v + dt * total / node_mass(model)[..., None]
     new[0] = 0.0
     moving, copies = model.cargo_mass + model.n2 * model.mass[-1], model.hoop.whole
-    lift = on_cover + float((total - forces[History.WORK_GRAVITY])[-1, :, 2].sum())
-    acceleration = lift / moving - model.gravity  # (2.4)
+    ground_impulse = on_cover + float((total - forces[History.WORK_GRAVITY])[-1, :, 2].sum())
+    acceleration = ground_impulse / moving - model.gravity  # (2.4)
     new[-1] = v[-1] + dt * np.array([0.0, 0.0, acceleration])
 
     free = new.copy()
@@ -436,7 +436,7 @@ def step(model: Model, x: Floats, v: Floats, time: float, dt: float, step: float
         History.VELOCITY: float(v[-1, 0, 2]) + (dt - 0.5 * step) * acceleration,
         History.ACCELERATION: acceleration,
         History.PRESSURE: uniform,
-        History.COVER_FORCE: copies * lift,
+        History.COVER_FORCE: copies * ground_impulse,
         History.GROUND_AREA: copies * (model.cover_area + lying_area(model, x, forces)),
         History.GROUND_FORCE: copies
         * (on_cover - float(total[0, :, 2].sum()) + float(forces[History.WORK_GROUND][..., 2].sum())),

@@ -103,7 +103,7 @@ def summary() -> Summary:
         peaks={"peak_tension_hoop": Peak(8e3, END, 0.3), "peak_deceleration": Peak(DECELERATION, 0.0)},
         work=Work(-1140.0, -219.0, 0.0, 0.0, 447.0, 0.0, 0.0),
         largest_penetration=0.0,
-        crossings=0,
+        missed_collisions=0,
         energy_error=1e-14,
         energy_made={"fabric": 0.0, "belts": 0.0, "viscosity": 0.0},
         steps=1200,

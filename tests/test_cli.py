@@ -395,8 +395,8 @@ def test_warmup_leaves_nothing_to_compile(paper: Path, tmp_path: Path, environme
     assert done.exit_code == 0
     assert str(CACHE_FOLDER) in done.output
     speaking = environment | {"NUMBA_DEBUG_CACHE": "1"}  # each process tells of its own kernels; others share the folder
-    for fidelity, folds in ALL_KERNELS:
-        contact = f"contact={'full' if folds else 'paper'}"
+    for fidelity, self_contact in ALL_KERNELS:
+        contact = f"contact={'full' if self_contact else 'paper'}"
         changes = [word for change in (f"model.fidelity={fidelity}", contact) for word in ("--set", change)]
         words = [sys.executable, "-m", "softbrake", "run", str(paper), *SMALL[:2], "--set", "time.end=1ms", *changes]
         run = subprocess.run(words, cwd=tmp_path, env=speaking, capture_output=True, text=True, timeout=300)

@@ -11,7 +11,7 @@ from softbrake.core.arrays import Contact, Floats, Outcome
 from softbrake.core.columns import History
 from softbrake.core.obstacles import GAP, allowed_place
 from softbrake.sim.build import grid_view
-from softbrake.sim.simulation import Drop
+from softbrake.sim.simulation import Simulation
 
 pytestmark = pytest.mark.kernels
 
@@ -20,8 +20,8 @@ WIDE = Contact(ground=0.0, friction=0.0, cover=1, cover_radius=1.0, cargo=1, car
 NARROW = WIDE._replace(cargo_radius=0.5, cargo_height=0.8)
 
 
-def touching(*overrides: str) -> Drop:
-    return Drop(softbrake.load_case(PAPER, ["contact=[ground, cover, cargo]", *overrides]))
+def touching(*overrides: str) -> Simulation:
+    return Simulation(softbrake.load_case(PAPER, ["contact=[ground, cover, cargo]", *overrides]))
 
 
 @pytest.mark.parametrize(
@@ -77,7 +77,7 @@ def test_drop_with_a_short_narrow_cargo(contact: str, courant: float) -> None:
     """Cloth on the top of the cargo stays there, or slides off: none is thrown out, or inside, in any step."""
     cargo = ("cargo.diameter=0.3 m", "cargo.height=0.1 m", "cargo.mass=100 kg")
     grid = ("grid={generatrix: 18, hoop: 45}", f"time.courant={courant}", f"contact={contact}")
-    drop = Drop(softbrake.load_case(PAPER.with_stem("paper-contact"), [*grid, *cargo]))
+    drop = Simulation(softbrake.load_case(PAPER.with_stem("paper-contact"), [*grid, *cargo]))
     model, nodes, on_top = drop.model, drop.state.nodes, 0
     while drop.advance(most=1)[1] == Outcome.RUNNING:
         x, y, z, u, v, w = (grid_view(part, model)[1:-1] for part in nodes)

@@ -22,8 +22,8 @@ from softbrake.core.membrane.edges import clear_forces, update_edge_forces, upda
 from softbrake.core.membrane.tension import update_hoop_tension
 from softbrake.core.obstacles import GAP, press_row
 from softbrake.core.pressure import update_damped_pressure
-from softbrake.sim.build import build_model, build_state, build_sweep, grid_view
-from softbrake.sim.simulation import Drop
+from softbrake.sim.build import build_model, build_state, build_workspace, grid_view
+from softbrake.sim.simulation import Simulation
 
 NO_BELTS = Path(__file__).resolve().parents[1] / "configs" / "no-belts.yaml"
 PRESSURE, RADIUS = 15696.0, 0.25  # Pa, m
@@ -36,21 +36,21 @@ FIRST = uint64(PAD)
 
 
 @kernel
-def squeeze(model, state, sweep, start, end, lowering, steps, dt):
+def squeeze(model, state, workspace, start, end, lowering, steps, dt):
     """Lower a plate on a lying tube: the middle of three rows of nodes, the others its copies a cell away along y.
 
     The plate goes from height start to end (m) in the first `lowering` steps of dt (s). Forces on plate and ground in the
     last step stand in sweep.by_column over dt.
     """
     nodes, work, fabric, contact, n2 = state.nodes, state.work, model.fabric, model.contact, model.n2
-    g, h, force, area = sweep.generatrix, sweep.hoop, sweep.force, sweep.area
-    gas, by_column, mass = sweep.pressure, sweep.by_column, model.mass[1]
+    g, h, force, area = workspace.generatrix, workspace.hoop, workspace.force, workspace.area
+    gas, by_column, mass = workspace.pressure, workspace.by_column, model.mass[1]
     stride = uint64(model.stride)
     node = stride + FIRST
     for k in range(steps):
         height = start + (end - start) * min(k / lowering, 1.0)
         lower = start + (end - start) * min((k + 1) / lowering, 1.0)
-        course = Step(dt, dt, 0.0, height, lower, GAP)
+        step = Step(dt, dt, 0.0, height, lower, GAP)
         by_column.impulse[:] = 0.0
         by_column.on_cargo[:] = 0.0
         for values in (nodes.x, nodes.z, nodes.u, nodes.v, nodes.w):
@@ -64,13 +64,13 @@ def squeeze(model, state, sweep, start, end, lowering, steps, dt):
             middle = uint64(row) * stride + FIRST
             update_edges(nodes, h, middle - ONE, ONE, middle - ONE, n2 + 1, fabric.h2)
         update_area_vectors(g, h, area, node, FIRST, node, node + stride, FIRST, n2)
-        update_hoop_tension(fabric, h, g, sweep.tension_2, node, FIRST, node, n2)
+        update_hoop_tension(fabric, h, g, workspace.tension_2, node, FIRST, node, n2)
         clear_forces(g, FIRST, n2)
         clear_forces(g, node, n2)
         update_edge_forces(g, h, force, node, FIRST, node, n2)
         update_damped_pressure(model.pressure, model.pressure.value * model.hoop.gas, nodes, area, gas, node, n2)
-        push_row(nodes, force, area, gas, sweep.mean, work, by_column, contact, course, mass, node, FIRST, n2)
-        press_row(nodes, force, area, gas, sweep.mean, work, by_column, contact, course, mass, node, FIRST, n2)
+        push_row(nodes, force, area, gas, workspace.mean, work, by_column, contact, step, mass, node, FIRST, n2)
+        press_row(nodes, force, area, gas, workspace.mean, work, by_column, contact, step, mass, node, FIRST, n2)
 
 
 class Tube(NamedTuple):
@@ -93,17 +93,17 @@ def squeezed(stiffness: float, gap: float, columns: int) -> Tube:
     case = load_case(NO_BELTS, overrides)
     model = build_model(case)
     model = model._replace(contact=model.contact._replace(cover_radius=WIDE))
-    state, sweep = build_state(case, model), build_sweep(model)
+    state, workspace = build_state(case, model), build_workspace(model)
     nodes = state.nodes
     x, y, z = nodes.y.copy(), nodes.z.copy(), nodes.x + RADIUS  # laid down, turned so that outwards stays outwards
     nodes.x[:], nodes.y[:], nodes.z[:], nodes.w[:] = x, y, z, 0.0
-    dt = 0.7 * stable_step(model, nodes, sweep)
-    squeeze(model, state, sweep, 2 * RADIUS, gap, int(0.02 / dt), int(0.08 / dt), dt)
+    dt = 0.7 * stable_step(model, nodes, workspace)
+    squeeze(model, state, workspace, 2 * RADIUS, gap, int(0.02 / dt), int(0.08 / dt), dt)
     per_length = model.hoop.whole / (dt * model.fabric.h1)
-    impulses = sweep.by_column.on_cargo[:columns], sweep.by_column.impulse[:columns]
+    impulses = workspace.by_column.on_cargo[:columns], workspace.by_column.impulse[:columns]
     x, z = grid_view(nodes.x, model)[1], grid_view(nodes.z, model)[1]
     right, above = np.roll(x, -1), np.roll(z, -1)
-    tension = sweep.tension_2[PAD : PAD + columns]
+    tension = workspace.tension_2[PAD : PAD + columns]
     return Tube(
         *(per_length * impulse.sum() for impulse in impulses),
         tension.mean(),
@@ -160,22 +160,22 @@ REST = 0.03  # s, to come to rest in
 HELD = 1e-6  # m/s: a cover that stood still would end the run
 
 
-def upright(law: str, rows: int, columns: int, *others: str, plates: bool) -> Drop:
+def upright(law: str, rows: int, columns: int, *others: str, plates: bool) -> Simulation:
     """An upright shell under a cover that nothing stops; plates: no cargo on it, and as wide as the wall may ever lie."""
     overrides = (*SOFT_HOOPS, *SLOW, f"fabric.law={law}", f"grid.generatrix={rows}", f"grid.hoop={columns}", *others)
-    falling = Drop(load_case(NO_BELTS, ["contact=[ground, cover, cargo]", *overrides]))
+    falling = Simulation(load_case(NO_BELTS, ["contact=[ground, cover, cargo]", *overrides]))
     if plates:
         falling.model = falling.model._replace(contact=falling.model.contact._replace(cover_radius=WIDE, cargo=0))
     return falling
 
 
-def run_to(falling: Drop, end: float) -> None:
+def run_to(falling: Simulation, end: float) -> None:
     """Advance to a time (s)."""
     while falling.now(History.TIME) < end:
         assert falling.advance(end)[1] == Outcome.RUNNING
 
 
-def lower(falling: Drop, height: float) -> None:
+def lower(falling: Simulation, height: float) -> None:
     """Lower the cover to a height (m), to within the way of one step, and let all come to rest."""
     ends = ((falling.now(History.HEIGHT) - height) / 5.0, -5.0), (REST, -HELD)
     for duration, velocity in ends:
@@ -183,11 +183,11 @@ def lower(falling: Drop, height: float) -> None:
         run_to(falling, falling.now(History.TIME) + duration)
 
 
-def cloth(falling: Drop) -> tuple[Floats, Floats, Floats]:
+def cloth(falling: Simulation) -> tuple[Floats, Floats, Floats]:
     """Radii and heights of the nodes (m) and T11 (N/m), by row, means over the columns."""
     model, nodes = falling.model, falling.state.nodes
     fields = [np.empty((model.n1 + 1, model.n2)) for _ in range(4)]
-    sample_fields(model, nodes, falling.sweep, *fields)
+    sample_fields(model, nodes, falling.workspace, *fields)
     radius = np.hypot(grid_view(nodes.x, model), grid_view(nodes.y, model))
     return radius.mean(axis=1), grid_view(nodes.z, model).mean(axis=1), fields[2].mean(axis=1)
 
@@ -220,7 +220,7 @@ def test_shell_between_plates(law: str, rows: int) -> None:
         assert reached == pytest.approx(exact.contact, rel=10 / rows**2)
 
 
-def potential(falling: Drop) -> float:
+def potential(falling: Simulation) -> float:
     """Of fabric and gas at rest, J."""
     return stored_energy(falling) - PRESSURE * gas_volume(falling)
 
@@ -266,7 +266,7 @@ def test_gas_works_by_change_of_volume_through_contact(plates: bool) -> None:
         if plates:
             falling = upright("true_tension", 12, 30, *others, plates=True)
         else:
-            falling = Drop(load_case(NO_BELTS, ["contact=[ground, cover, cargo]", *others]))
+            falling = Simulation(load_case(NO_BELTS, ["contact=[ground, cover, cargo]", *others]))
         run_to(falling, 0.08)
         worked, filled = falling.now(History.WORK_PRESSURE), gas_volume(falling)
         run_to(falling, 0.1)

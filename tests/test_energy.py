@@ -10,22 +10,22 @@ from exact import Floats
 from whole_shell import area_vectors
 
 from softbrake.case.case import load_case
-from softbrake.core.arrays import PAD, Fabric, FoldCount, Law, Outcome
+from softbrake.core.arrays import PAD, ContactCount, Fabric, Law, Outcome
 from softbrake.core.columns import History
 from softbrake.core.membrane.tension import update_generatrix_tension, update_hoop_tension
-from softbrake.sim.build import build_model, build_sweep, grid_view
-from softbrake.sim.simulation import Drop
+from softbrake.sim.build import build_model, build_workspace, grid_view
+from softbrake.sim.simulation import Simulation
 
 CONFIGS = Path(__file__).resolve().parents[1] / "configs"
 COARSE = ("grid.generatrix=12", "grid.hoop=30")
 LAST = History.WORK_CONTACT
 
 
-def drop(*overrides: str, config: str = "no-belts") -> Drop:
-    return Drop(load_case(CONFIGS / f"{config}.yaml", overrides))
+def drop(*overrides: str, config: str = "no-belts") -> Simulation:
+    return Simulation(load_case(CONFIGS / f"{config}.yaml", overrides))
 
 
-def finish(falling: Drop) -> tuple[Floats, Outcome]:
+def finish(falling: Simulation) -> tuple[Floats, Outcome]:
     """Advance to the end; return the whole history."""
     rows, outcome = [], Outcome.RUNNING
     while outcome == Outcome.RUNNING:
@@ -39,7 +39,7 @@ def fitted_order(errors: list[float]) -> float:
     return -float(np.polyfit(np.arange(len(errors)), np.log2(np.abs(errors)), 1)[0])
 
 
-def places_of_ledger(falling: Drop) -> Floats:
+def places_of_ledger(falling: Simulation) -> Floats:
     """Places of the nodes (m) at n-1/2, the time to which the works are summed; (n1+1, n2, 3)."""
     nodes, model = falling.state.nodes, falling.model
     places = np.stack([grid_view(part, model) for part in (nodes.x, nodes.y, nodes.z)], axis=-1)
@@ -47,7 +47,7 @@ def places_of_ledger(falling: Drop) -> Floats:
     return places - 0.5 * falling.state.last_step[0] * velocities
 
 
-def perturb(falling: Drop, size: float) -> None:
+def perturb(falling: Simulation, size: float) -> None:
     """Move the free nodes by random lengths (m), so that no symmetry is left."""
     model, random = falling.model, np.random.default_rng(3)
     for part in falling.state.nodes[:3]:
@@ -146,7 +146,7 @@ def volume(places: Floats) -> float:
     return float(wall + rim[0, 2] * area / 3)
 
 
-def gas_volume(falling: Drop) -> float:
+def gas_volume(falling: Simulation) -> float:
     """Volume (m³) of the gas: that between wall and covers with what lies between chords and arcs."""
     hoop = falling.model.hoop
     return hoop.whole * hoop.gas * volume(places_of_ledger(falling))
@@ -196,7 +196,7 @@ def shear_energy(fabric: Fabric, r1: Floats, r2: Floats) -> Floats:
     return energy(low) - field_energy(fabric, E1, E2)
 
 
-def stored_energy(falling: Drop) -> float:
+def stored_energy(falling: Simulation) -> float:
     """Elastic energy (J) of fabric with a potential, by the definition of each.
 
     Nominal tensions: ½ C11 e1² and ½ C22 e2² per unloaded area on the edges, C12 e1 e2 and ½ G12 (r1 r2)² of the cells' means;
@@ -283,7 +283,7 @@ def test_works_of_gas_and_fabric_where_lobes_and_folds_meet(law: tuple[str, ...]
         elastic.append((given + stored_energy(falling) - start) / work)
         assert -0.1 * abs(work) < falling.now(History.WORK_CONTACT) < -0.1
         if contact == "full":
-            assert falling.state.folds.counts[FoldCount.PASSES] > 5000
+            assert falling.state.self_contact.counts[ContactCount.PASSES] > 5000
     for errors, most in ((gas, 1e-3), (elastic, 1e-2)):
         assert abs(errors[0]) < most
         assert abs(errors[1]) < abs(errors[0]) / 5
@@ -348,14 +348,14 @@ def test_momentum_changes_by_gravity_and_ground_only(scheme: str, end: str, cont
 def edge_forces(law: str, e1: float, e2: float) -> tuple[float, float]:
     """Forces per unloaded width (N/m) along the generatrix and the hoop, by the kernels, of a uniformly stretched sheet."""
     model = build_model(load_case(CONFIGS / "no-belts.yaml", [*COARSE, f"fabric.law={law}", "fabric.viscosity=0"]))
-    fabric, sweep, first = model.fabric, build_sweep(model), np.uint64(PAD)
-    for edges, e, spacing in ((sweep.generatrix, e1, fabric.h1), (sweep.hoop, e2, fabric.h2)):
+    fabric, workspace, first = model.fabric, build_workspace(model), np.uint64(PAD)
+    for edges, e, spacing in ((workspace.generatrix, e1, fabric.h1), (workspace.hoop, e2, fabric.h2)):
         edges.e[:] = e
         edges.force[:] = 1 / ((1 + e) * spacing)
-    update_generatrix_tension(fabric, sweep.generatrix, sweep.hoop, sweep.tension_1, first, first, first, model.n2)
-    update_hoop_tension(fabric, sweep.hoop, sweep.generatrix, sweep.tension_2, first, first, first, model.n2)
-    along = sweep.generatrix.force[PAD] * (1 + e1) * fabric.h1 / fabric.h2
-    around = sweep.hoop.force[PAD] * (1 + e2) * fabric.h2 / fabric.h1
+    update_generatrix_tension(fabric, workspace.generatrix, workspace.hoop, workspace.tension_1, first, first, first, model.n2)
+    update_hoop_tension(fabric, workspace.hoop, workspace.generatrix, workspace.tension_2, first, first, first, model.n2)
+    along = workspace.generatrix.force[PAD] * (1 + e1) * fabric.h1 / fabric.h2
+    around = workspace.hoop.force[PAD] * (1 + e2) * fabric.h2 / fabric.h1
     return float(along), float(around)
 
 

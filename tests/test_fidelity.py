@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from exact import piston
-from test_lobes import groove
+from test_belt_contact import groove
 
 import softbrake
 from softbrake.case.case import CaseError, load_case
@@ -17,7 +17,7 @@ from softbrake.core.loop.step import advance
 from softbrake.core.obstacles import GAP
 from softbrake.sim.build import grid_view, meridian_view
 from softbrake.sim.result_file import read_history, read_snapshots
-from softbrake.sim.simulation import Drop
+from softbrake.sim.simulation import Simulation
 
 pytestmark = pytest.mark.kernels
 
@@ -40,11 +40,11 @@ SOLID = "contact=[ground, cover, cargo]"
 EXACT = 1e-10
 
 
-def drop(config: str, *overrides: str) -> Drop:
-    return Drop(load_case(CONFIGS / f"{config}.yaml", overrides))
+def drop(config: str, *overrides: str) -> Simulation:
+    return Simulation(load_case(CONFIGS / f"{config}.yaml", overrides))
 
 
-def advance_to(falling: Drop, until: float) -> Floats:
+def advance_to(falling: Simulation, until: float) -> Floats:
     """Advance to a time (s); return the history."""
     rows, outcome = [], Outcome.RUNNING
     while outcome == Outcome.RUNNING and falling.now(History.TIME) < until:
@@ -53,7 +53,7 @@ def advance_to(falling: Drop, until: float) -> Floats:
     return np.concatenate(rows)
 
 
-def follow(falling: Drop, history: Floats) -> Floats:
+def follow(falling: Simulation, history: Floats) -> Floats:
     """Advance by the steps of another shell's history; return the own. The axisymmetric one would take longer ones of its own."""
     if falling.case.model.fidelity != "axisymmetric":
         last = history[-1, History.TIME_STEP]
@@ -62,7 +62,7 @@ def follow(falling: Drop, history: Floats) -> Floats:
     for length in history[history[:, History.TIME_STEP] > 0.0, History.TIME_STEP]:
         chosen, limit = falling.state.stable_step
         if falling.state.steps[0] >= falling.state.choice[0]:
-            safe = stable_step_of_meridian(falling.model, falling.state.nodes, falling.sweep)
+            safe = stable_step_of_meridian(falling.model, falling.state.nodes, falling.workspace)
             safe *= min(safe / limit, 1.0) if limit > 0.0 else 1.0
             chosen = safe if limit == 0.0 or safe < chosen or safe > 1.2 * chosen else chosen
         falling.model = falling.model._replace(courant=length / chosen)
@@ -72,24 +72,24 @@ def follow(falling: Drop, history: Floats) -> Floats:
     return np.concatenate(rows)
 
 
-def whole(falling: Drop) -> Floats:
+def whole(falling: Simulation) -> Floats:
     """Places (m) and velocities (m/s) of all nodes of the whole shell, (6, n1+1, columns of the hoop)."""
     model, nodes = falling.whole_shell()
     return np.stack([grid_view(part, model) for part in nodes])
 
 
-def distance(falling: Drop, other: Drop) -> float:
+def distance(falling: Simulation, other: Simulation) -> float:
     """Largest difference between places of two shells, over the size of a shell."""
     return float(np.abs(whole(falling)[:3] - whole(other)[:3]).max()) / SIZE
 
 
-def lopsided(falling: Drop) -> float:
+def lopsided(falling: Simulation) -> float:
     """How far a shell is from its symmetry: largest spread of radius or height along a hoop, over the size of a shell."""
     x, y, z = whole(falling)[:3]
     return float(max(np.ptp(np.hypot(x, y), axis=1).max(), np.ptp(z, axis=1).max())) / SIZE
 
 
-def set_whole(falling: Drop, nodes: Floats) -> None:
+def set_whole(falling: Simulation, nodes: Floats) -> None:
     """Write places and velocities (6, n1+1, n2) of a full shell."""
     for flat, values in zip(falling.state.nodes, nodes, strict=True):
         flat.reshape(len(values), -1)[:, PAD - 1 : PAD + falling.model.n2 + 1] = np.pad(values, ((0, 0), (1, 1)), mode="wrap")
@@ -172,10 +172,10 @@ def test_contact_agrees_to_round_off(scene: str) -> None:
 
 @pytest.mark.parametrize("contact", ["paper", "ground"])
 def test_lobes_at_a_belt_agree_to_round_off(contact: str) -> None:
-    """Condition (2.5) in the plane of the generatrix: the lobes of test_lobes.py closing on each other."""
+    """Condition (2.5) in the plane of the generatrix: the lobes of test_belt_contact.py closing on each other."""
     full = groove(contact)
     case = replace(full.case, model=replace(full.case.model, fidelity="axisymmetric"))
-    part = Drop(case)
+    part = Simulation(case)
     for values, all_columns in zip(meridian_view(part.state.nodes, part.model), full.state.nodes, strict=True):
         values[:] = grid_view(all_columns, full.model)[:, 0]
     part.state.now[:] = full.state.now
@@ -247,7 +247,7 @@ def test_momentum_changes_by_gravity_and_ground_only(contact: str) -> None:
 # --- the axis --------------------------------------------------------------------------------------------------------------
 
 
-def thrown_inwards(*overrides: str) -> Drop:
+def thrown_inwards(*overrides: str) -> Simulation:
     """A slack shell whose middle flies at the axis at 100 m/s, without gas and gravity."""
     still = ("pressure.value=0", "gravity=0", "fabric.E=0.5 kN/m", "cargo.velocity=0.1")
     falling = drop("no-belts", *COARSE, *still, *overrides)
@@ -263,7 +263,7 @@ def thrown_inwards(*overrides: str) -> Drop:
     return falling
 
 
-def least_radius(falling: Drop, until: float) -> float:
+def least_radius(falling: Simulation, until: float) -> float:
     least = np.inf
     while falling.now(History.TIME) < until:
         falling.advance(most=1)
@@ -323,7 +323,7 @@ def test_each_driver_is_compiled_once() -> None:
             drop(config, *COARSE, *PARTS["axisymmetric"], f"contact={contact}").advance(most=2)
             drop(config, *COARSE, f"contact={contact}").advance(until=1e-3)
     for driver in (advance_meridian, advance):
-        kinds = [(signature[1][State._fields.index("folds")], signature[2]) for signature in driver.entry.signatures]
+        kinds = [(signature[1][State._fields.index("self_contact")], signature[2]) for signature in driver.entry.signatures]
         assert len(kinds) == len(set(kinds)) == 2
 
 

@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from conftest import Command
-from exact import Membrane, course, newton, static_cylinder
+from exact import Membrane, newton, static_cylinder, step
 from numpy.typing import NDArray
 
 import softbrake
@@ -19,7 +19,7 @@ from softbrake.sim.build import meridian_view
 from softbrake.sim.inflate import inflate
 from softbrake.sim.relax import relax
 from softbrake.sim.result_file import read_inflation, read_snapshots
-from softbrake.sim.simulation import Drop, NotInflated
+from softbrake.sim.simulation import NotInflated, Simulation
 
 CONFIGS = Path(__file__).resolve().parents[1] / "configs"
 FINE = ("model.fidelity=axisymmetric", "grid={generatrix: 112, hoop: 720}", "gravity=0")
@@ -54,7 +54,7 @@ def test_cylinder_of_unequal_moduli() -> None:
     membrane = Membrane(40e3 / contraction, 20e3 / contraction, 4e3 / contraction, 15696.0, 0.25, True)
 
     def end(unknown: NDArray[np.float64]) -> NDArray[np.float64]:
-        return course(membrane.free, np.array([unknown[0], 0.0, 0.0, membrane.force_1(*unknown)]), 0.3, 200)[-1]
+        return step(membrane.free, np.array([unknown[0], 0.0, 0.0, membrane.force_1(*unknown)]), 0.3, 200)[-1]
 
     radius, stretch = newton(lambda unknown: end(unknown)[:2] - np.array([0.25, 0.3]), np.array([0.305, 1.02]))
     last = end(np.array([radius, stretch]))
@@ -89,7 +89,7 @@ def test_mylar_balloon() -> None:
     stiff = "fabric={E11: 2 MN/m, E22: 0.01 N/m, areal_density: 0.05, viscosity: 0, law: nominal_tension, slack: cut}"
     shell = f"shell={{diameter: {2 * cut}, height: {length!r}}}"
     grid = ("model.fidelity=axisymmetric", "grid={generatrix: 96, hoop: 720}", "gravity=0", "contact=[ground]")
-    drop = Drop(case(stiff, shell, "pressure.value=1 kPa", *grid))
+    drop = Simulation(case(stiff, shell, "pressure.value=1 kPa", *grid))
     nodes = meridian_view(drop.state.nodes, drop.model)
     nodes.z[:] *= thickness / length
     nodes.x[:] += 0.1 * np.sin(pi * np.linspace(0, 1, len(nodes.x)))
@@ -124,11 +124,11 @@ def test_drop_starts_from_the_inflated_shell(part: str) -> None:
     """Its first row has the tensions and the force of the shell at rest; the ledger closes, as from the unloaded shape."""
     others = ("grid={generatrix: 12, hoop: 24}", f"model.fidelity={part}", "cargo.velocity=1e-3")
     at_rest = inflate(case(*others))
-    drop = Drop(case("initial=inflated", *others))
+    drop = Simulation(case("initial=inflated", *others))
     first, _ = drop.advance(most=1)
     assert first[0, History.TENSION_HOOP] == pytest.approx(at_rest.tension_hoop, rel=1e-4)
     assert first[0, History.COVER_FORCE] == pytest.approx(at_rest.cover_force, rel=1e-4)
-    summary = Drop(case("initial=inflated", *others[:2])).run()
+    summary = Simulation(case("initial=inflated", *others[:2])).run()
     assert summary.outcome == "impact"
     assert abs(summary.energy_error) < 1e-11
     unloaded = softbrake.run(case(*others[:2]))
@@ -136,7 +136,7 @@ def test_drop_starts_from_the_inflated_shell(part: str) -> None:
 
 
 def test_not_converged_is_said() -> None:
-    drop = Drop(case("grid={generatrix: 8, hoop: 16}"))
+    drop = Simulation(case("grid={generatrix: 8, hoop: 16}"))
     assert not relax(drop.model, drop.state, drop.step, most=50).converged
 
     def stuck(_: Model) -> Outcome:

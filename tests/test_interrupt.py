@@ -8,7 +8,7 @@ import pytest
 
 from softbrake.case.case import parse_case, starter
 from softbrake.sim.interrupt import held_interrupt
-from softbrake.sim.simulation import Drop, Progress
+from softbrake.sim.simulation import Progress, Simulation
 
 
 @pytest.fixture(autouse=True)
@@ -60,7 +60,7 @@ def test_other_threads_hold_nothing() -> None:
 
 def test_a_run_at_its_last_chunk_does_not_lose_it() -> None:
     """All that is left of the run is done; who runs many stops there."""
-    drop = Drop(parse_case(starter(), "starter", ["grid={generatrix: 9, hoop: 18}", "belts=[]", "time.end=2 ms"]))
+    drop = Simulation(parse_case(starter(), "starter", ["grid={generatrix: 9, hoop: 18}", "belts=[]", "time.end=2 ms"]))
 
     def at_once(_: Progress) -> None:
         signal.raise_signal(signal.SIGINT)

@@ -38,11 +38,11 @@ from softbrake.core.jit import NoAlias, kernel
 from softbrake.core.loop.fields import sample_fields
 from softbrake.core.loop.step import advance
 from softbrake.core.loop.step_size import stable_step
-from softbrake.core.loop.time_loop import FELT, event_time
+from softbrake.core.loop.time_loop import FILTER_TIME, event_time
 from softbrake.core.membrane import tension as fabric
 from softbrake.core.membrane.edges import clear_forces
 from softbrake.sim.build import grid_view
-from softbrake.sim.simulation import Drop
+from softbrake.sim.simulation import Simulation
 
 pytestmark = pytest.mark.kernels
 
@@ -86,7 +86,7 @@ VARIANTS = {
 class Shell(NamedTuple):
     """A drop on its way with a shell out of shape, and the same fields for the twins."""
 
-    drop: Drop
+    drop: Simulation
     x: Floats
     v: Floats
 
@@ -103,17 +103,17 @@ class Shell(NamedTuple):
         return fields_of(self.drop)
 
 
-def fields_of(drop: Drop) -> tuple[Floats, Floats]:
+def fields_of(drop: Simulation) -> tuple[Floats, Floats]:
     """Places and velocities as they are now, (n1+1, n2, 3)."""
     views = [grid_view(part, drop.model) for part in drop.state.nodes]
     return np.stack(views[:3], axis=-1), np.stack(views[3:], axis=-1)
 
 
-def make_drop(*overrides: str) -> Drop:
-    return Drop(parse_case(CASE, "kernels.yaml", overrides))
+def make_drop(*overrides: str) -> Simulation:
+    return Simulation(parse_case(CASE, "kernels.yaml", overrides))
 
 
-def shell_with(drop: Drop, x: Floats, v: Floats) -> Shell:
+def shell_with(drop: Simulation, x: Floats, v: Floats) -> Shell:
     """Write fields to the state of a drop, with the copied columns."""
     parts = [*np.moveaxis(x, -1, 0), *np.moveaxis(v, -1, 0)]
     for flat, values in zip(drop.state.nodes, parts, strict=True):
@@ -137,7 +137,7 @@ def out_of_shape(*overrides: str) -> Shell:
     return shell_with(drop, x, v)
 
 
-def taut(drop: Drop) -> Shell:
+def taut(drop: Simulation) -> Shell:
     """The shell of a drop at rest, larger in all directions."""
     x, v = fields_of(drop)
     return shell_with(drop, 1.2 * x, 0.0 * v)
@@ -334,7 +334,7 @@ def test_steps(shell: Shell) -> None:
     due, interval = 0, 1
     work = {name: 0.0 for name in History if name.name.startswith("WORK")}
     peaks = np.zeros((len(Peak), 3))
-    rows, expected, felt = [], [], 0.0
+    rows, expected, filtered_deceleration = [], [], 0.0
     for n in range(20):
         if n == due:
             found, before = naive.stable_step(model, x), limit
@@ -350,8 +350,12 @@ def test_steps(shell: Shell) -> None:
         rows.append(found[0].copy())
         assert outcome == Outcome.RUNNING
         acceleration = twin.now[History.ACCELERATION]
-        felt = acceleration if n == 0 else felt + (1.0 - exp(-step / FELT)) * (acceleration - felt)
-        tops = [(felt, float(model.n1)), *twin.top.values()]
+        filtered_deceleration = (
+            acceleration
+            if n == 0
+            else filtered_deceleration + (1.0 - exp(-step / FILTER_TIME)) * (acceleration - filtered_deceleration)
+        )
+        tops = [(filtered_deceleration, float(model.n1)), *twin.top.values()]
         for which, (value, row) in enumerate(tops):
             if value > peaks[which, 0]:
                 peaks[which] = value, time, row
@@ -368,7 +372,7 @@ def test_steps(shell: Shell) -> None:
 
 
 def test_stable_step(shell: Shell) -> None:
-    assert stable_step(shell.model, shell.nodes, shell.drop.sweep) == pytest.approx(
+    assert stable_step(shell.model, shell.nodes, shell.drop.workspace) == pytest.approx(
         naive.stable_step(shell.model, shell.x), rel=1e-12
     )
 
@@ -382,7 +386,7 @@ def test_stable_step_of_a_light_stiff_belt(stiff: str, nu12: float) -> None:
     without = naive.stable_step(drop.model._replace(belts=drop.model.belts._replace(stiffness=np.zeros(7))), shell.x)
     expected = naive.stable_step(drop.model, shell.x)
     assert expected < 0.99 * without
-    assert stable_step(drop.model, shell.nodes, drop.sweep) == pytest.approx(expected, rel=1e-12)
+    assert stable_step(drop.model, shell.nodes, drop.workspace) == pytest.approx(expected, rel=1e-12)
 
 
 def test_stable_step_of_an_unstretched_sheet() -> None:
@@ -392,21 +396,21 @@ def test_stable_step_of_an_unstretched_sheet() -> None:
     infinite = fabric_.h1 / sqrt(20e3 / 0.05)
     assert infinite < fabric_.h2 / sqrt(16e3 / 0.05)
     exact = infinite / cos(pi / (2 * drop.model.n1))
-    assert 0.99 * exact < stable_step(drop.model, drop.state.nodes, drop.sweep) <= exact
+    assert 0.99 * exact < stable_step(drop.model, drop.state.nodes, drop.workspace) <= exact
     assert infinite < 0.97 * exact
 
 
 def test_sampled_fields(shell: Shell) -> None:
     model = shell.model
     found = [np.full((model.n1 + 1, model.n2), np.nan) for _ in range(4)]
-    sample_fields(model, shell.nodes, shell.drop.sweep, *found)
+    sample_fields(model, shell.nodes, shell.drop.workspace, *found)
     for values, expected in zip(found, naive.sampled_fields(model, shell.x, shell.v), strict=True):
         close(values, expected)
 
 
 def test_no_column_is_special(shell: Shell) -> None:
     """A shell whose columns are counted from the next one moves the same."""
-    rolled = shell_with(Drop(shell.drop.case), np.roll(shell.x, 1, axis=1), np.roll(shell.v, 1, axis=1))
+    rolled = shell_with(Simulation(shell.drop.case), np.roll(shell.x, 1, axis=1), np.roll(shell.v, 1, axis=1))
     for one in (shell, rolled):
         one.drop.advance(most=20)
     for field, rolled_field in zip(shell.fields, rolled.fields, strict=True):
@@ -424,12 +428,12 @@ def test_columns_at_the_ends_stay_copies(shell: Shell) -> None:
 
 
 def test_chunks_of_steps_and_pictures_between_change_nothing(shell: Shell) -> None:
-    whole = shell_with(Drop(shell.drop.case), shell.x, shell.v)
+    whole = shell_with(Simulation(shell.drop.case), shell.x, shell.v)
     history, _ = whole.drop.advance(most=20)
     rows = []
     for most in (1, 7, 12):
         rows.append(shell.drop.advance(most=most)[0].copy())
-        sample_fields(shell.model, shell.nodes, shell.drop.sweep, *np.empty((4, shell.model.n1 + 1, shell.model.n2)))
+        sample_fields(shell.model, shell.nodes, shell.drop.workspace, *np.empty((4, shell.model.n1 + 1, shell.model.n2)))
     assert_array_equal(np.concatenate(rows), history)
     assert_array_equal(shell.fields, whole.fields)
 
@@ -464,23 +468,23 @@ def arrays(value: object) -> list[np.ndarray]:
 def test_arrays(shell: Shell) -> None:
     """Another type or layout would be compiled for silently; node and edge rows begin on cache lines."""
     drop = shell.drop
-    for array in arrays((drop.model, drop.state, drop.sweep, drop.history)):
+    for array in arrays((drop.model, drop.state, drop.workspace, drop.history)):
         assert array.dtype in (np.float64, np.int64)
         assert array.flags.c_contiguous
         assert array.flags.aligned
         assert array.flags.writeable
     assert drop.model.stride * 8 % 64 == 0
-    for array in arrays((drop.state.nodes, *drop.sweep[: drop.sweep._fields.index("pressure")])):
+    for array in arrays((drop.state.nodes, *drop.workspace[: drop.workspace._fields.index("pressure")])):
         assert array.ctypes.data % 64 == 0
 
 
 def test_cases_differ_in_values_not_in_types() -> None:
     drops = [make_drop(*overrides) for overrides in VARIANTS.values()]
-    assert len({typeof((drop.model, drop.state, drop.sweep)) for drop in drops}) == 1
+    assert len({typeof((drop.model, drop.state, drop.workspace)) for drop in drops}) == 1
     for drop in drops:
         drop.advance(most=2)
         drop.advance(until=1e-3)
-    types = typeof(drops[0].state), typeof(drops[0].sweep)
+    types = typeof(drops[0].state), typeof(drops[0].workspace)
     assert [signature[1:3] for signature in advance.entry.signatures].count(types) == 1
 
 
@@ -607,14 +611,16 @@ def test_stop_on_the_ground(step: float) -> None:
 def uniform_tensions(e1: float, e2: float, *overrides: str) -> tuple[float, float]:
     """Force per unloaded width (N/m), along the generatrix and around the hoop, of evenly stretched fabric."""
     drop = make_drop(*overrides)
-    cloth, sweep = drop.model.fabric, drop.sweep
-    for edges, e, spacing in ((sweep.generatrix, e1, cloth.h1), (sweep.hoop, e2, cloth.h2)):
+    cloth, workspace = drop.model.fabric, drop.workspace
+    for edges, e, spacing in ((workspace.generatrix, e1, cloth.h1), (workspace.hoop, e2, cloth.h2)):
         edges.e[:], edges.elastic[:], edges.force[:] = e, 0.0, 1.0 / (spacing * (1.0 + e))
     row = np.uint64(PAD)
-    fabric.update_generatrix_tension(cloth, sweep.generatrix, sweep.hoop, sweep.tension_1, row, row, row, drop.model.n2)
-    fabric.update_hoop_tension(cloth, sweep.hoop, sweep.generatrix, sweep.tension_2, row, row, row, drop.model.n2)
-    one = sweep.generatrix.force[PAD] * cloth.h1 * (1.0 + e1) / cloth.h2
-    two = sweep.hoop.force[PAD] * cloth.h2 * (1.0 + e2) / cloth.h1
+    fabric.update_generatrix_tension(
+        cloth, workspace.generatrix, workspace.hoop, workspace.tension_1, row, row, row, drop.model.n2
+    )
+    fabric.update_hoop_tension(cloth, workspace.hoop, workspace.generatrix, workspace.tension_2, row, row, row, drop.model.n2)
+    one = workspace.generatrix.force[PAD] * cloth.h1 * (1.0 + e1) / cloth.h2
+    two = workspace.hoop.force[PAD] * cloth.h2 * (1.0 + e2) / cloth.h1
     return float(one), float(two)
 
 

@@ -12,7 +12,7 @@ from softbrake.case.case import Belt, Case, load_case
 from softbrake.core.arrays import PAD, Outcome
 from softbrake.core.columns import History
 from softbrake.sim.build import build_model, grid_view, meridian_view
-from softbrake.sim.simulation import Drop
+from softbrake.sim.simulation import Simulation
 
 CONFIGS = Path(__file__).resolve().parents[1] / "configs"
 STIFFNESS = 20e3 / (1 - 0.25**2)  # N/m, E' of the paper's fabric
@@ -24,12 +24,12 @@ RINGS = (*HELD, "shell.height=1200", "grid.generatrix=12", "fabric.E11=1e-6", f"
 RINGS += ("fabric.nu12=0", "fabric.viscosity=0")
 
 
-def drop(*overrides: str, config: str = "no-belts") -> Drop:
+def drop(*overrides: str, config: str = "no-belts") -> Simulation:
     """A drop of a file in configs/ with other values."""
-    return Drop(load_case(CONFIGS / f"{config}.yaml", overrides))
+    return Simulation(load_case(CONFIGS / f"{config}.yaml", overrides))
 
 
-def finish(falling: Drop, until: float = np.inf) -> tuple[Floats, Outcome]:
+def finish(falling: Simulation, until: float = np.inf) -> tuple[Floats, Outcome]:
     """Advance to a time (s) or to the end of the run; return the whole history."""
     rows, outcome = [], Outcome.RUNNING
     while outcome == Outcome.RUNNING and falling.now(History.TIME) < until:
@@ -38,7 +38,7 @@ def finish(falling: Drop, until: float = np.inf) -> tuple[Floats, Outcome]:
     return np.concatenate(rows), outcome
 
 
-def radii(falling: Drop) -> Floats:
+def radii(falling: Simulation) -> Floats:
     """Distances of the nodes from the axis (m), by row and column."""
     if falling.case.model.fidelity == "axisymmetric":
         return meridian_view(falling.state.nodes, falling.model).x[:, None]
@@ -46,13 +46,13 @@ def radii(falling: Drop) -> Floats:
     return np.hypot(grid_view(nodes.x, model), grid_view(nodes.y, model))
 
 
-def middle_tensions(falling: Drop) -> tuple[float, float]:
+def middle_tensions(falling: Simulation) -> tuple[float, float]:
     """T11 and T22 (N/m) at mid-height, now."""
     middle, fields = falling.model.n1 // 2, falling.fields()
     return float(fields["tension_generatrix"][middle].mean()), float(fields["tension_hoop"][middle].mean())
 
 
-def follow_ring(falling: Drop, end: float) -> tuple[Floats, Floats]:
+def follow_ring(falling: Simulation, end: float) -> tuple[Floats, Floats]:
     """Times (s) and stretches of the middle row, step by step."""
     middle, unloaded = falling.model.n1 // 2, 0.5 * falling.case.shell.diameter
     times, stretches = [0.0], [1.0]
@@ -264,7 +264,7 @@ def test_table_pressure_in_time() -> None:
     case = load_case(CONFIGS / "no-belts.yaml", ["grid.hoop=24", "grid.generatrix=8", "time.end=9 ms"])
     times, values = (1e-3, 4e-3, 5e-3, 8e-3), (10e3, 20e3, 5e3, 15e3)
     case = replace(case, pressure=replace(case.pressure, law="table", value=0.0, times=times, values=values))
-    rows, _ = finish(Drop(case))
+    rows, _ = finish(Simulation(case))
     time, pressure = rows[:-1, History.TIME], rows[:-1, History.PRESSURE]
     assert pressure == pytest.approx(np.interp(time, times, values), rel=1e-12)
     assert time[-1] > 8e-3
@@ -283,18 +283,18 @@ def test_full_stop_pressure_takes_all_energy() -> None:
 # --- symmetry --------------------------------------------------------------------------------------------------------------
 
 
-def set_nodes(falling: Drop, name: str, values: Floats) -> None:
+def set_nodes(falling: Simulation, name: str, values: Floats) -> None:
     """Write a node field of shape (n1+1, n2), and its copies at both ends of each row."""
     rows = getattr(falling.state.nodes, name).reshape(falling.model.n1 + 1, falling.model.stride)
     rows[:, PAD - 1 : PAD + falling.model.n2 + 1] = np.pad(values, ((0, 0), (1, 1)), mode="wrap")
 
 
-def get_nodes(falling: Drop) -> dict[str, Floats]:
+def get_nodes(falling: Simulation) -> dict[str, Floats]:
     nodes = falling.state.nodes
     return {name: grid_view(getattr(nodes, name), falling.model).copy() for name in nodes._fields}
 
 
-def perturbed() -> Drop:
+def perturbed() -> Simulation:
     """A belted shell with random velocities of its free nodes (m/s) and shear stiffness."""
     falling = drop("fabric.G12=400", "grid.hoop=24", "grid.generatrix=12", config="paper")
     random = np.random.default_rng(7)
@@ -399,7 +399,7 @@ def test_grid_has_all_of_a_belt(rows: int, height: float, width: float) -> None:
 def test_wide_belt_on_two_grids_gives_one_ring() -> None:
     """A belt of 500 m shared by 5 or 10 rows."""
     belt = (Belt(600.0, stiffness=5 * 20e3 * 500.0, line_density=0.25 * 500.0, width=500.0),)
-    moving = [follow_ring(Drop(belted(belt, rows, RINGS)), 1.5e-3) for rows in (12, 24)]
+    moving = [follow_ring(Simulation(belted(belt, rows, RINGS)), 1.5e-3) for rows in (12, 24)]
     assert len(moving[0][0]) == len(moving[1][0])
     assert moving[0][0] == pytest.approx(moving[1][0], rel=1e-5)  # the geometric terms of the bound hang on the grid
     assert moving[0][1] == pytest.approx(moving[1][1], abs=1e-5)

@@ -14,9 +14,9 @@ from softbrake.case.case import AUTO_TOLERANCE, Case, CaseError, parse_case
 from softbrake.cli.app import app
 from softbrake.sim import simulation as drop
 from softbrake.sim.build import initial_energy
-from softbrake.sim.simulation import Diverged, Drop
+from softbrake.sim.simulation import Diverged, Simulation
 from softbrake.sim.summary import LARGEST_GAIN, Summary
-from softbrake.studies import error_control as ladder
+from softbrake.studies import error_control
 
 AXISYMMETRIC = "model.fidelity=axisymmetric"
 TALL = """title: tall
@@ -125,7 +125,7 @@ def test_stiff_cloth_ends(modulus: int, number: int) -> None:
 
 
 def test_error_bar_of_a_fast_drop_holds_a_far_finer_grid() -> None:
-    answer = ladder.run(case(FAST), with_error_bar=True)
+    answer = error_control.run(case(FAST), with_error_bar=True)
     fine = drop.run(case(FAST, cells(240)))
     assert fine.impact_velocity == pytest.approx(3.295, abs=5e-4)
     assert answer.impact_velocity is not None and answer.impact_velocity_error is not None
@@ -154,7 +154,7 @@ def test_drawn_scenes_end_and_make_no_energy(damping: float, drawn: Callable[[in
     for seed in SEEDS:
         answer = drawn(seed, damping)
         of = case(scene(seed, damping), AXISYMMETRIC, cells(36))
-        energy = initial_energy(of, Drop(of).model)
+        energy = initial_energy(of, Simulation(of).model)
         assert answer.outcome in ("impact", "stopped"), seed
         assert answer.doubt is None and max(answer.energy_made.values()) <= LARGEST_GAIN, seed
         assert answer.work.elastic <= 1e-3 * energy, seed

@@ -130,7 +130,7 @@ def run(
                 results,
                 callback,
                 budget=budget,
-                report=None if quiet else console.print_rung,
+                report=None if quiet else console.print_trial,
                 with_error_bar=with_error_bar,
             )
         if with_sensitivity and summary.outcome != "interrupted":
@@ -508,7 +508,7 @@ def design(
     _warn_of_long_steps([case])
     _compile([case], quiet)
     try:
-        question = ask(case_file, overrides or (), path, target, between, budget, None if quiet else console.print_rung)
+        question = ask(case_file, overrides or (), path, target, between, budget, None if quiet else console.print_trial)
         stop = piston(question.case)
         found = find(question, None if quiet else lambda point: console.print_point(question, point))
     except (CaseError, ValueError) as error:
@@ -553,8 +553,8 @@ def report(
     typer.echo(f"{page} written")
 
 
-@app.command()
-def chart(
+@app.command("chart")
+def work_precision(
     case_file: CaseFile,
     overrides: Overrides = None,
     output: Annotated[
@@ -575,10 +575,10 @@ def chart(
 
     from softbrake.report import console
     from softbrake.report.plots.style import PlotError, check_picture
-    from softbrake.report.plots.work_precision import draw_chart
+    from softbrake.report.plots.work_precision import draw_work_precision
     from softbrake.sim.simulation import Diverged
-    from softbrake.studies.work_precision import chart as compute
     from softbrake.studies.work_precision import plan, write_csv
+    from softbrake.studies.work_precision import work_precision as compute
 
     try:
         check_picture(picture)
@@ -594,11 +594,11 @@ def chart(
         _fail("interrupted before there was a reference; nothing is written", INTERRUPTED)
     try:
         write_csv(found, table)
-        draw_chart(found, picture)
+        draw_work_precision(found, picture)
     except (OSError, PlotError) as error:  # disk full, folder gone
         _fail(error, FAILED)
     sets = "".join(f" --set {shlex.quote(text)}" for text in overrides or ())
-    console.print_chart(found, f"softbrake run {shlex.quote(str(case_file))}{sets}")
+    console.print_work_precision(found, f"softbrake run {shlex.quote(str(case_file))}{sets}")
     typer.echo(f"\n{picture}, {table} written")
     if found.interrupted:
         _fail("interrupted", INTERRUPTED)

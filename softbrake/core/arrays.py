@@ -40,21 +40,21 @@ class Peak(IntEnum):
     TENSION_BELT = 3  # N/m
 
 
-class FoldCount(IntEnum):
-    """Entries of `Folds.counts`."""
+class ContactCount(IntEnum):
+    """Entries of `SelfContact.counts`."""
 
     DUE = 0  # 1: folds may meet
     STALE = 1  # 1: near pairs are to be searched for anew
-    CRAMPED = 2  # 1: there were more than the arrays hold
+    OVERFLOW = 2  # 1: there were more than the arrays hold
     PAIRS = 3  # near one another
-    PIERCED = 4  # pairs that passed each other, in each step, over the run
+    MISSED = 4  # pairs that passed each other, in each step, over the run
     SEARCHES = 5  # over the run
     TESTS = 6  # of boxes in them
-    PASSES = 7  # over the awake pairs, over the run
+    PASSES = 7  # over the active pairs, over the run
 
 
 class Box(IntEnum):
-    """Columns of `Folds.blocks` and boxes: a box (m) around a block of cloth, and the cone of its normals."""
+    """Columns of `SelfContact.blocks` and boxes: a box (m) around a block of cloth, and the cone of its normals."""
 
     LOW_X = 0
     LOW_Y = 1
@@ -100,7 +100,7 @@ class Scheme(IntEnum):
     CELL = 1
 
 
-class Fabric(NamedTuple):
+class Membrane(NamedTuple):
     """Constants of the tension law on the grid."""
 
     law: int  # Law
@@ -126,14 +126,14 @@ class Belts(NamedTuple):
     viscosity: Floats  # N s
 
 
-class Lobes(NamedTuple):
+class BeltContact(NamedTuple):
     """Where condition (2.5) looks, each (belts,); none where it is not asked for."""
 
     below: Ints  # row next to each belt on its lower side
     above: Ints  # on its upper side
 
 
-class Pressure(NamedTuple):
+class GasPressure(NamedTuple):
     """Constants of Eqs. (2.10), (2.11)."""
 
     law: int  # PressureLaw
@@ -187,10 +187,10 @@ class Model(NamedTuple):
     below: Floats  # 1/kg, of both ends of the edge below a row, the other one's weighed, for the bound of the step; likewise
     above: Floats  # 1/kg, above it
     shared: Floats  # 1/kg, four over the mass, which rows share whose hoops the printed scheme averages; likewise
-    fabric: Fabric
+    fabric: Membrane
     belts: Belts
-    lobes: Lobes
-    pressure: Pressure
+    belt_contact: BeltContact
+    pressure: GasPressure
     contact: Contact
     hoop: Hoop
 
@@ -235,7 +235,7 @@ class Nodes(NamedTuple):
     w: Floats
 
 
-class Work(NamedTuple):
+class WorkByColumn(NamedTuple):
     """Work on the columns of the shell and their share of the cargo since the start, J, by column; each (n2 in whole PADs,).
 
     Split by node of the one column, (n1+1+PAD,), in the axisymmetric shell.
@@ -250,13 +250,13 @@ class Work(NamedTuple):
     contact: Floats  # of what stops the fabric but the ground, and of friction
 
 
-class Folds(NamedTuple):
+class SelfContact(NamedTuple):
     """Nodes and faces, and edges, of the shell near one another, and the search for them."""
 
     pairs: Ints  # (capacity,), node times 2^32 plus the face's lower left node, or edges: see narrow_phase
-    wake: Floats  # m, (capacity,), travel of node and face, or of both edges, at which a pair is to be looked at again
-    awake: Ints  # (capacity,), the pairs that may meet in this step, by slot: nodes and faces from the front, edges from the end
-    # Of those awake, by slot, at n: unit vector to the node from face or edge, the corners' weights, speed of closing allowed
+    active_from: Floats  # m, (capacity,), travel of node and face, or of both edges, at which a pair is to be looked at again
+    active: Ints  # (capacity,), the pairs that may meet in this step, by slot: nodes and faces from the front, edges from the end
+    # Of those active, by slot, at n: unit vector to the node from face or edge, the corners' weights, speed of closing allowed
     # (m/s), how far face or edge reach along the vector (m, negative; inf where the two touch).
     contacts: Floats  # (capacity, 9)
     path: Floats  # m, (nodes,), travelled since the last search
@@ -273,17 +273,17 @@ class Folds(NamedTuple):
     cells: Ints  # (cells of two blocks,), scratch
     boxes: Floats  # (cells of two blocks, len(Box)), scratch
     stamp: Ints  # (nodes,), pass in which a node was last pushed
-    counts: Ints  # (len(FoldCount),)
+    counts: Ints  # (len(ContactCount),)
     penetration: Floats  # (1,), largest so far, over the unloaded cell
 
 
-class Blows(NamedTuple):
+class Impulses(NamedTuple):
     """Where the impulses that part lobes and folds are booked."""
 
     contact: Floats  # J, work on the nodes, by column, or by node of a meridian
     kinetic: Floats  # J, energy of the nodes, likewise
     impulse: Floats  # N s, (2,), upwards: on the cargo, of the ground on the fabric
-    stamp: Ints | None  # (nodes,), of `Folds`; None where lobes are parted
+    stamp: Ints | None  # (nodes,), of `SelfContact`; None where lobes are parted
 
 
 class State(NamedTuple):
@@ -300,9 +300,9 @@ class State(NamedTuple):
     made: Floats  # (len(Source),), J, largest so far of what each gave beyond what it had
     peaks: Floats  # (len(Peak), 3), of the phase under way: value, time (s), row
     overshoot: Floats  # likewise, of the overshoot once it is over, before that zero
-    felt: Floats  # (1,) m/s^2, acceleration of the cargo behind a low-pass
-    work: Work
-    folds: Folds | None  # None where they are not asked for: kernels without them are compiled in half of the time
+    filtered_deceleration: Floats  # (1,) m/s^2, acceleration of the cargo behind a low-pass
+    work: WorkByColumn
+    self_contact: SelfContact | None  # None where they are not asked for: kernels without them are compiled in half of the time
 
 
 class Edges(NamedTuple):
@@ -374,14 +374,14 @@ class Meridian(NamedTuple):
     free_w: Floats  # m/s
     kinetic: Floats  # J
     contact: Floats  # J, scratch
-    lift: Floats  # N s, of the ground on the node in the push
-    impulse: Floats  # (2,), N s, as in Blows
+    ground_impulse: Floats  # N s, of the ground on the node in the push
+    impulse: Floats  # (2,), N s, as in Impulses
     by_row: ByRow
     area: Rows  # m^2, area vectors of the nodes outwards; node i at PAD + i
     belt_rows: Ints  # rows that carry a belt
 
 
-class Top(NamedTuple):
+class RunningMaximum(NamedTuple):
     """Largest tension of the step by column, and its row (i + 1/2 between two rows); each (n2 in whole PADs,)."""
 
     tension: Floats  # N/m
@@ -392,22 +392,22 @@ class ByColumn(NamedTuple):
     """Sums of the step by column; each (n2 in whole PADs,)."""
 
     kinetic: Floats  # J
-    lift: Floats  # N s, of the ground on the fabric of the row under way
+    ground_impulse: Floats  # N s, of the ground on the fabric of the row under way
     impulse: Floats  # N s, of the ground on the fabric of all rows so far
     on_ground: Floats  # m^2, of the fabric on the ground
     on_cargo: Floats  # N s, of the fabric on cover and cargo, upwards
     rate: Floats  # scratch between steps
 
 
-class Parting(NamedTuple):
+class BeforeContact(NamedTuple):
     """The shell before its lobes and folds were parted in the step, each (nodes,), or of size 1 where neither is asked for."""
 
     before: Nodes  # velocities at n-1/2; of the rows that were parted and their neighbours also the places at n
     free: Rows  # m/s, velocities at n+1/2 without parting
-    impulse: Floats  # (2,), N s, as in Blows
+    impulse: Floats  # (2,), N s, as in Impulses
 
 
-class Sweep(NamedTuple):
+class Workspace(NamedTuple):
     """Scratch of one step, row by row; nothing in it outlives the step."""
 
     generatrix: Edges  # 2 rows
@@ -421,9 +421,9 @@ class Sweep(NamedTuple):
     area: Rows  # m^2, area vectors of the nodes of the row under way, outwards
     mean: Rows  # m/s, mean of the velocities at n-1/2 and n+1/2; 2 rows
     pressure: Floats  # Pa, on the nodes of a row, (n2 in whole PADs,)
-    top_generatrix: Top
-    top_hoop: Top
-    top_belt: Top
+    maximum_generatrix: RunningMaximum
+    maximum_hoop: RunningMaximum
+    maximum_belt: RunningMaximum
     by_column: ByColumn
     by_row: ByRow
-    parting: Parting
+    before_contact: BeforeContact

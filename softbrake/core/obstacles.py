@@ -111,11 +111,14 @@ def slowed(u, v, most):
 
 @kernel
 def rub_row(nodes, jump, area, pressure, mean, work, by_column, contact, step, mass, node, row, columns):
-    """Slow what the ground stopped in the push of a row, by Coulomb's law. Reads by_column.lift (N s); jump: scratch."""
-    u, v, jump_x, jump_y, jump_z, lift = nodes.u, nodes.v, jump.x, jump.y, jump.z, by_column.lift
+    """Slow what the ground stopped in the push of a row, by Coulomb's law.
+
+    Reads by_column.ground_impulse (N s); jump: scratch.
+    """
+    u, v, jump_x, jump_y, jump_z, ground_impulse = nodes.u, nodes.v, jump.x, jump.y, jump.z, by_column.ground_impulse
     most = contact.friction / mass
     for j in range(uint64(columns)):
-        lost = slowed(u[node + j], v[node + j], most * lift[j]) - 1.0
+        lost = slowed(u[node + j], v[node + j], most * ground_impulse[j]) - 1.0
         jump_x[FIRST + j] = lost * u[node + j]
         jump_y[FIRST + j] = lost * v[node + j]
         jump_z[FIRST + j] = 0.0
@@ -138,32 +141,32 @@ def stop_row(nodes, jump, area, pressure, mean, work, by_column, step, mass, nod
         half_u, half_v, half_w = 0.5 * u, 0.5 * v, 0.5 * w
         work.pressure[j] += dt * pressure[j] * (area.x[b] * half_u + area.y[b] * half_v + area.z[b] * half_w)
         work.gravity[j] -= weight * half_w
-        work.ground[j] += by_column.lift[j] * half_w
+        work.ground[j] += by_column.ground_impulse[j] * half_w
         by_column.kinetic[j] += mass * (u * (nodes.u[a] + half_u) + v * (nodes.v[a] + half_v) + w * (nodes.w[a] + half_w))
         mean.x[c] += half_u
         mean.y[c] += half_v
         mean.z[c] += half_w
         work.contact[j] += mass * (u * mean.x[c] + v * mean.y[c] + w * mean.z[c])
-        shift(nodes, a, length, u, v, w)
+        change_velocity(nodes, a, length, u, v, w)
     close_nodes(nodes, node, columns)
     close_vectors(mean, row, columns)
 
 
 @kernel
-def jolt(nodes, blows, a, slot, mass, length, u, v, w):
+def add_velocity_jump(nodes, impulses, a, slot, mass, length, u, v, w):
     """Give node a a jump of velocity (m/s) at n+1/2, after the step that pushed it.
 
-    For contact between rows, whose works are booked already; add_jump_work and add_contact_work amend them. Writes nodes,
-    and the work (J) to a slot of blows.
+    For contact between rows, whose works are recorded already; add_contact_work_of_shell and add_contact_work_of_meridian amend
+    them. Writes nodes, and the work (J) to a slot of impulses.
     """
     gain = mass * (u * (nodes.u[a] + 0.5 * u) + v * (nodes.v[a] + 0.5 * v) + w * (nodes.w[a] + 0.5 * w))
-    blows.contact[slot] += gain
-    blows.kinetic[slot] += gain
-    shift(nodes, a, length, u, v, w)
+    impulses.contact[slot] += gain
+    impulses.kinetic[slot] += gain
+    change_velocity(nodes, a, length, u, v, w)
 
 
 @kernel
-def shift(nodes, a, length, u, v, w):
+def change_velocity(nodes, a, length, u, v, w):
     """Change the velocity of node a by u, v, w (m/s) and its place by what that makes in a step (s)."""
     nodes.x[a] += length * u
     nodes.y[a] += length * v

@@ -17,13 +17,13 @@ from rich.progress import BarColumn, TextColumn
 from rich.progress import Progress as Bar
 from rich.table import Table
 
-from softbrake.sim.summary import Ensemble, Inflation, Peak, Rung, Sensitivities, Summary, contact_in_words
+from softbrake.sim.summary import Ensemble, Inflation, Peak, Sensitivities, Summary, Trial, contact_in_words
 
 if TYPE_CHECKING:
     from softbrake.case.case import FullStop
     from softbrake.sim.simulation import Progress
     from softbrake.studies.inverse_design import Design, Point, Question
-    from softbrake.studies.work_precision import Chart
+    from softbrake.studies.work_precision import WorkPrecision
 
 Piston = tuple["FullStop", list[tuple[float, Summary]]]
 STANDARD_GRAVITY = 9.80665  # m/s^2
@@ -76,8 +76,8 @@ def print_summary(summary: Summary, tension_scale: float | None = None, console:
         console.print()
         console.print(table)
     console.print()
-    if summary.ladder:
-        console.print(_ladder(summary))
+    if summary.trials:
+        console.print(_trials(summary))
         console.print()
     if summary.sensitivity is not None:
         console.print(_sensitivity(summary.sensitivity))
@@ -242,26 +242,26 @@ def _bar(summary: Summary, name: str, unit: float) -> str:
     return "± no bound, " if error is None else f"± {error * unit:.2g}, "
 
 
-def _ladder(summary: Summary) -> Table:
+def _trials(summary: Summary) -> Table:
     """What was tried for a tolerance."""
     table = Table(box=None, padding=(0, 1, 0, 0), show_edge=False, header_style="")
     for name in ("level", "grid", "m/s", "error", "s", ""):
         table.add_column(name, justify="left" if name in ("level", "") else "right", overflow="fold")
-    for rung in summary.ladder:
-        table.add_row(*_rung(rung))
+    for trial in summary.trials:
+        table.add_row(*_trial(trial))
     return table
 
 
-def _rung(rung: Rung) -> tuple[str, ...]:
-    hoop = "" if rung.fidelity in ("axisymmetric", "lumped") else f" x {rung.hoop}"
-    value = "–" if rung.impact_velocity is None else f"{rung.impact_velocity:.4f}"
-    error = "–" if rung.error is None or not math.isfinite(rung.error) else f"{rung.error:.2g}"
-    return rung.fidelity, f"{rung.generatrix}{hoop}", value, error, f"{rung.seconds:.2f}", rung.verdict
+def _trial(trial: Trial) -> tuple[str, ...]:
+    hoop = "" if trial.fidelity in ("axisymmetric", "lumped") else f" x {trial.hoop}"
+    value = "–" if trial.impact_velocity is None else f"{trial.impact_velocity:.4f}"
+    error = "–" if trial.error is None or not math.isfinite(trial.error) else f"{trial.error:.2g}"
+    return trial.fidelity, f"{trial.generatrix}{hoop}", value, error, f"{trial.seconds:.2f}", trial.verdict
 
 
-def print_rung(rung: Rung) -> None:
+def print_trial(trial: Trial) -> None:
     """One level of a climb as soon as it is done, on stderr."""
-    level, grid, value, error, seconds, verdict = _rung(rung)
+    level, grid, value, error, seconds, verdict = _trial(trial)
     print(f"{level} {grid}: {value} m/s, error {error}, {seconds} s: {verdict}", file=sys.stderr, flush=True)
 
 
@@ -286,9 +286,9 @@ def _work(summary: Summary) -> Table:
     table = _table()
     for name, value in asdict(summary.work).items():
         table.add_row(f"work, {name}", f"{value:.3f}", "J")
-    if summary.crossings:
+    if summary.missed_collisions:
         depth = f"of folds, to {100.0 * summary.largest_penetration:.2g}% of a cell"
-        table.add_row("crossings", str(summary.crossings), "", depth)
+        table.add_row("missed collisions", str(summary.missed_collisions), "", depth)
     table.add_row("energy residual", f"{summary.energy_error:.2e}", "", "of the initial energy")
     if made_in_words(summary) == "none":
         table.add_row("energy from nowhere", "none")
@@ -431,7 +431,7 @@ def chart_progress(*, quiet: bool) -> Iterator[Callable[[int, int, str], None] |
         yield None if show is None else tell
 
 
-def print_chart(found: Chart, command: str, console: Console | None = None) -> None:
+def print_work_precision(found: WorkPrecision, command: str, console: Console | None = None) -> None:
     """Print reference, recommended settings, failures and what was left out; `command` is `softbrake run CASE` of the user."""
     from softbrake.studies.work_precision import TOLERANCES, UNITS
 

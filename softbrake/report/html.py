@@ -314,16 +314,16 @@ def _computed(summary: Summary) -> str:
     works.append(["energy residual", f"{summary.energy_error:.1e} of the initial energy"])
     works.append(["energy from nowhere", made_in_words(summary)])
     text = "".join(f"<p>{escape(line)}</p>" for line in lines) + table(("", ""), works, 1)
-    if summary.ladder:
+    if summary.trials:
         rows = [
             [
-                rung.fidelity,
-                f"{rung.generatrix} x {rung.hoop}",
-                rung.verdict,
-                "–" if rung.impact_velocity is None else f"{rung.impact_velocity:.4f}",
-                "–" if rung.error is None or not math.isfinite(rung.error) else f"{rung.error:.2g}",
+                trial.fidelity,
+                f"{trial.generatrix} x {trial.hoop}",
+                trial.verdict,
+                "–" if trial.impact_velocity is None else f"{trial.impact_velocity:.4f}",
+                "–" if trial.error is None or not math.isfinite(trial.error) else f"{trial.error:.2g}",
             ]
-            for rung in summary.ladder
+            for trial in summary.trials
         ]
         text += "<p>Tried for the tolerance:</p>" + table(("level", "grid", "", "m/s", "± m/s"), rows, 2)
     return text

@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 RESULTS, UNITS, PICTURE = "results.csv", "results.units.csv", "sweep.png"
 PEAKS = ("peak_deceleration", "peak_tension_generatrix", "peak_tension_hoop", "peak_tension_belt")
 TIMINGS = ("kernel_seconds", "wall_seconds")  # the last columns: all that two runs of one sweep may differ in
-LEFT_OUT = ("title", "results", "ladder", "sensitivity", "filtered")
+LEFT_OUT = ("title", "results", "trials", "sensitivity", "filtered")
 MOST_LINES = 24
 MISSING = "not run, or lost with its worker"
 MOST_AXES = 6  # of a scatter matrix

@@ -1,4 +1,4 @@
-"""Case -> Model, State, Sweep: the one place that allocates their arrays."""
+"""Case -> Model, State, Workspace: the one place that allocates their arrays."""
 
 from collections.abc import Sequence
 from dataclasses import replace
@@ -10,6 +10,8 @@ from softbrake.case.case import ONE_COLUMN, Case
 from softbrake.core.arrays import (
     BLOCK,
     PAD,
+    BeforeContact,
+    BeltContact,
     BeltRow,
     Belts,
     Box,
@@ -17,28 +19,26 @@ from softbrake.core.arrays import (
     ByRow,
     Cells,
     Contact,
+    ContactCount,
     Edges,
-    Fabric,
     Floats,
-    FoldCount,
-    Folds,
+    GasPressure,
     Hoop,
     Law,
-    Lobes,
+    Membrane,
     Meridian,
     Model,
     Nodes,
-    Parting,
     Peak,
-    Pressure,
     PressureLaw,
     Rows,
+    RunningMaximum,
     Scheme,
+    SelfContact,
     Source,
     State,
-    Sweep,
-    Top,
-    Work,
+    WorkByColumn,
+    Workspace,
 )
 from softbrake.core.columns import History
 
@@ -46,7 +46,7 @@ OVERSHOOT = 0.9  # of the shell's height: below 0.913 a static wall touches the 
 LUMPED_STEPS = 2000  # in which the cargo would fall the shell's height at its first velocity
 WEIGHINGS = 4
 PAIRS_PER_NODE = 0.25  # near one another, of folds, to begin with
-BY_PAIR = ("pairs", "wake", "awake", "contacts")  # arrays of `Folds` with room for the pairs
+BY_PAIR = ("pairs", "active_from", "active", "contacts")  # arrays of `SelfContact` with room for the pairs
 PLEATS = 64  # the same of a meridian, all of whose segments may lie on one another
 FREE = 1  # first free node of a meridian
 SLIVER = 1e-3  # least part of a belt that a row carries, of what the row with most of it does
@@ -67,7 +67,7 @@ def build_model(case: Case) -> Model:
     cloth = case.fabric
     contraction = 1.0 - cloth.nu12 * cloth.nu21
     true_tension = cloth.law == "true_tension"
-    fabric = Fabric(
+    fabric = Membrane(
         law=int(Law[cloth.law.upper()]),
         h1=h1,
         h2=h2,
@@ -122,8 +122,8 @@ def build_model(case: Case) -> Model:
         shared=shared,
         fabric=fabric,
         belts=belts,
-        lobes=_lobes(belts.width if "belts" in case.contact else np.zeros(n1 + 1)),
-        pressure=Pressure(
+        belt_contact=_lobes(belts.width if "belts" in case.contact else np.zeros(n1 + 1)),
+        pressure=GasPressure(
             law=int(PressureLaw[law.law.upper()]),
             value=law.value,
             peak_time=law.peak_time,
@@ -195,25 +195,31 @@ def build_state(case: Case, model: Model) -> State:
         made=np.zeros(len(Source)),
         peaks=np.zeros((len(Peak), 3)),
         overshoot=np.zeros((len(Peak), 3)),
-        felt=np.zeros(1),
-        work=Work(*(_rows(1, rows + PAD, Work._fields, FREE) if one_column else _rows(1, _lanes(model.n2), Work._fields))),
-        folds=build_folds(rows * stride, model.n1, model.n2, PLEATS if one_column else PAIRS_PER_NODE)
+        filtered_deceleration=np.zeros(1),
+        work=WorkByColumn(
+            *(
+                _rows(1, rows + PAD, WorkByColumn._fields, FREE)
+                if one_column
+                else _rows(1, _lanes(model.n2), WorkByColumn._fields)
+            )
+        ),
+        self_contact=build_self_contact(rows * stride, model.n1, model.n2, PLEATS if one_column else PAIRS_PER_NODE)
         if "folds" in case.contact and case.model.fidelity != "lumped"
         else None,
     )
 
 
-def build_folds(nodes: int, rows: int, columns: int, pairs: float) -> Folds:
+def build_self_contact(nodes: int, rows: int, columns: int, pairs: float) -> SelfContact:
     """Return the arrays of the contact of folds, for so many nodes with so many pairs each, rows and columns of cells.
 
     nodes: size of their arrays.
     """
-    blocks, room = -(-rows // BLOCK) * -(-columns // BLOCK), int(pairs * nodes)
-    return Folds(
-        pairs=np.zeros(room, np.int64),
-        wake=np.zeros(room),
-        awake=np.zeros(room, np.int64),
-        contacts=np.zeros((room, 9)),
+    blocks, available_space = -(-rows // BLOCK) * -(-columns // BLOCK), int(pairs * nodes)
+    return SelfContact(
+        pairs=np.zeros(available_space, np.int64),
+        active_from=np.zeros(available_space),
+        active=np.zeros(available_space, np.int64),
+        contacts=np.zeros((available_space, 9)),
         path=np.zeros(nodes),
         step=np.zeros(nodes),
         margin=np.full(nodes, -1.0),  # used up
@@ -228,24 +234,25 @@ def build_folds(nodes: int, rows: int, columns: int, pairs: float) -> Folds:
         cells=np.zeros(2 * (BLOCK + 1) * BLOCK, np.int64),
         boxes=np.zeros((2 * (BLOCK + 1) * BLOCK, len(Box))),
         stamp=np.zeros(nodes, np.int64),
-        counts=np.zeros(len(FoldCount), np.int64),
+        counts=np.zeros(len(ContactCount), np.int64),
         penetration=np.zeros(1),
     )
 
 
-def with_room(folds: Folds) -> Folds:
+def with_room(self_contact: SelfContact) -> SelfContact:
     """Return the arrays of the contact of folds with room for twice as many pairs, and those there are."""
-    folds.counts[FoldCount.CRAMPED] = 0
-    folds.counts[FoldCount.STALE] = 1  # some pairs found no room
-    folds.scale[0] = 1.0
-    more = {name: np.concatenate((part, np.zeros_like(part))) for name, part in folds._asdict().items() if name in BY_PAIR}
-    return folds._replace(**more)
+    self_contact.counts[ContactCount.OVERFLOW] = 0
+    self_contact.counts[ContactCount.STALE] = 1  # some pairs found no room
+    self_contact.scale[0] = 1.0
+    arrays = {name: getattr(self_contact, name) for name in BY_PAIR}
+    more = {name: np.concatenate((part, np.zeros_like(part))) for name, part in arrays.items()}
+    return self_contact._replace(**more)
 
 
-def build_sweep(model: Model, folds: bool = False) -> Sweep:
+def build_workspace(model: Model, self_contact: bool = False) -> Workspace:
     """Return the scratch arrays of a step; folds: whether those are asked for."""
     lanes, stride = _lanes(model.n2), model.stride
-    return Sweep(
+    return Workspace(
         generatrix=Edges(*_rows(2, stride, Edges._fields)),
         hoop=Edges(*_rows(3, stride, Edges._fields)),
         belt=BeltRow(*_rows(1, stride, BeltRow._fields)),
@@ -257,19 +264,19 @@ def build_sweep(model: Model, folds: bool = False) -> Sweep:
         area=Rows(*_rows(1, stride, Rows._fields)),
         mean=Rows(*_rows(2, stride, Rows._fields)),
         pressure=_rows(1, lanes, ("pressure",))[0],
-        top_generatrix=Top(*_rows(1, lanes, Top._fields)),
-        top_hoop=Top(*_rows(1, lanes, Top._fields)),
-        top_belt=Top(*_rows(1, lanes, Top._fields)),
+        maximum_generatrix=RunningMaximum(*_rows(1, lanes, RunningMaximum._fields)),
+        maximum_hoop=RunningMaximum(*_rows(1, lanes, RunningMaximum._fields)),
+        maximum_belt=RunningMaximum(*_rows(1, lanes, RunningMaximum._fields)),
         by_column=ByColumn(*_rows(1, lanes, ByColumn._fields)),
         by_row=_by_row(model),
-        parting=_parting(model, folds),
+        before_contact=_parting(model, self_contact),
     )
 
 
-def _parting(model: Model, folds: bool) -> Parting:
-    count, size = (model.n1 + 1, model.stride) if folds or model.lobes.below.size > 0 else (1, 1)
+def _parting(model: Model, self_contact: bool) -> BeforeContact:
+    count, size = (model.n1 + 1, model.stride) if self_contact or model.belt_contact.below.size > 0 else (1, 1)
     before, free = (_rows(count, size, fields) for fields in (Nodes._fields, Rows._fields))
-    return Parting(Nodes(*before), Rows(*free), np.zeros(2))
+    return BeforeContact(Nodes(*before), Rows(*free), np.zeros(2))
 
 
 def build_meridian(model: Model) -> Meridian:
@@ -352,9 +359,9 @@ def _overlap(height: float, width: float, n1: int, h1: float) -> Floats:
     return shared * (width / float(shared.sum()))
 
 
-def _lobes(belt_width: Floats) -> Lobes:
+def _lobes(belt_width: Floats) -> BeltContact:
     """Rows next to each belt, below and above; a belt next to a held row has no free rows on that side: left out."""
     carries = np.diff((belt_width > 0.0).astype(np.int64))
     below, above = np.flatnonzero(carries == 1), np.flatnonzero(carries == -1) + 1
     free = (below > 0) & (above < len(belt_width) - 1)
-    return Lobes(below[free], above[free])
+    return BeltContact(below[free], above[free])

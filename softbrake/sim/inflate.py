@@ -16,7 +16,7 @@ from softbrake.core.pressure import pressure_at
 from softbrake.sim.build import grid_view
 from softbrake.sim.relax import TOLERANCE
 from softbrake.sim.result_file import ResultFile
-from softbrake.sim.simulation import Drop
+from softbrake.sim.simulation import Simulation
 from softbrake.sim.summary import Inflation
 
 
@@ -33,7 +33,7 @@ def inflate(case: Case, results: str | Path | None = None, tolerance: float = TO
     if case.pressure.largest == 0.0:
         raise ValueError("there is no pressure to inflate the shell with; pressure.value or a table with one is wanted")
     late = case.pressure.start == 0.0
-    drop = Drop(
+    drop = Simulation(
         replace(case, initial="unloaded", pressure=case.pressure.steady(case.pressure.largest) if late else case.pressure)
     )
     found = drop.inflate(tolerance)

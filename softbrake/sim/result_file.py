@@ -34,10 +34,10 @@ from softbrake.sim.summary import (
     Inflation,
     ModelUsed,
     Peak,
-    Rung,
     Sensitivities,
     Sensitivity,
     Summary,
+    Trial,
     Work,
 )
 
@@ -62,6 +62,7 @@ POINT_FIELDS = {
     "stretch_hoop": PointField("1", (), 1.0),
 }
 SCALARS = {"height": "m", "velocity": "m/s", "pressure": "Pa"}  # of the cargo and the gas, one value a snapshot
+FORMER = {"crossings": "missed_collisions", "ladder": "trials"}  # names in older files
 HISTORY_DTYPE = np.dtype([(column.name.lower(), np.float64) for column in History])
 SHELL, BELT, LOWER_COVER, UPPER_COVER, GROUND = range(5)  # values of the cell array `part`
 _COMPRESSED: dict[str, Any] = {"compression": "gzip", "compression_opts": 4, "shuffle": True}
@@ -218,14 +219,14 @@ def read_summary(path: Path | str) -> Summary | None:
     with _open(path) as file:
         if "softbrake/summary" not in file:
             return None
-        text = json.loads(file["softbrake/summary"][()])
+        text = {FORMER.get(name, name): part for name, part in json.loads(file["softbrake/summary"][()]).items()}
     with _of_this_version(path):
         text["peaks"] = {name: _read_peak(peak) for name, peak in text["peaks"].items()}
         text["work"] = Work(**text["work"])
         text["model"] = ModelUsed(**text["model"])
         if text.get("ensemble") is not None:
             text["ensemble"] = Ensemble(**text["ensemble"])
-        text["ladder"] = [Rung(**rung) for rung in text["ladder"]]
+        text["trials"] = [Trial(**trial) for trial in text["trials"]]
         if (found := text.get("sensitivity")) is not None:
             text["sensitivity"] = Sensitivities(**{**found, "inputs": [Sensitivity(**row) for row in found["inputs"]]})
         if (kept := text.get("filtered")) is not None:

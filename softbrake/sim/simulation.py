@@ -15,7 +15,7 @@ import numpy as np
 
 from softbrake import __version__
 from softbrake.case.case import ONE_COLUMN, Case, Fidelity, damping_ratio, parse_case, starter
-from softbrake.core.arrays import PAD, Floats, FoldCount, Meridian, Model, Nodes, Outcome, Peak, Source, State, Sweep
+from softbrake.core.arrays import PAD, ContactCount, Floats, Meridian, Model, Nodes, Outcome, Peak, Source, State, Workspace
 from softbrake.core.columns import History
 from softbrake.core.jit import PACKAGE, hash_sources
 from softbrake.core.lanes import close_nodes
@@ -30,7 +30,7 @@ from softbrake.sim.build import (
     build_meridian,
     build_model,
     build_state,
-    build_sweep,
+    build_workspace,
     grid_view,
     initial_energy,
     whole_model,
@@ -45,7 +45,7 @@ from softbrake.sim.summary import LARGEST_GAIN, FilteredPeaks, ModelUsed, Phase,
 from softbrake.sim.summary import Peak as PeakFound
 
 KERNELS = {"full": advance, "axisymmetric": advance_meridian, "lumped": advance_lumped}
-CLIMBED: tuple[Fidelity, ...] = ("lumped", "axisymmetric", "full")  # of a run for a tolerance
+REFINED: tuple[Fidelity, ...] = ("lumped", "axisymmetric", "full")  # of a run for a tolerance
 ALL_KERNELS = (  # fidelity; whether folds are in contact
     *((fidelity, False) for fidelity in KERNELS),
     ("full", True),
@@ -98,7 +98,7 @@ def kernels_of(cases: Iterable[Case]) -> set[tuple[str, bool]]:
     """Return which of ALL_KERNELS runs of cases need."""
     wanted: set[tuple[str, bool]] = set()
     for case in cases:
-        for fidelity in CLIMBED if case.tolerance is not None else [case.model.fidelity]:
+        for fidelity in REFINED if case.tolerance is not None else [case.model.fidelity]:
             wanted.add((fidelity, "folds" in case.contact and (fidelity, True) in ALL_KERNELS))
     return wanted
 
@@ -108,10 +108,10 @@ def compile_kernels(wanted: Iterable[tuple[str, bool]] = ALL_KERNELS, report: Ca
 
     report: told the name of each before.
     """
-    for fidelity, folds in wanted:
-        report(fidelity + ", folds" * folds)
-        contact = "contact=full" if folds else "contact=solid"
-        one = Drop(parse_case(starter(), "starter", [f"model.fidelity={fidelity}", contact]))
+    for fidelity, self_contact in wanted:
+        report(fidelity + ", folds" * self_contact)
+        contact = "contact=full" if self_contact else "contact=solid"
+        one = Simulation(parse_case(starter(), "starter", [f"model.fidelity={fidelity}", contact]))
         one.advance(most=0)
         one.fields()
         one.disturb(0.0, 0)
@@ -132,7 +132,7 @@ def run(
     Ctrl-C ends the run early with outcome "interrupted" and a whole result file.
     Raises Diverged where the computation fails; the result file is readable up to there.
     """
-    drop = Drop(case)
+    drop = Simulation(case)
     drop.advance(most=0)  # loads or compiles the kernels, before an older result file is replaced
     if disturbed is not None:
         drop.disturb(*disturbed)
@@ -142,7 +142,7 @@ def run(
         return drop.run(file, progress, amend)
 
 
-class Drop:
+class Simulation:
     """A drop under way."""
 
     def __init__(self, case: Case) -> None:
@@ -151,8 +151,10 @@ class Drop:
         self.model: Model = build_model(case)
         self.state: State = build_state(case, self.model)
         one_column = case.model.fidelity in ONE_COLUMN
-        folds = self.state.folds is not None
-        self.sweep: Sweep | Meridian = build_meridian(self.model) if one_column else build_sweep(self.model, folds)
+        self_contact = self.state.self_contact is not None
+        self.workspace: Workspace | Meridian = (
+            build_meridian(self.model) if one_column else build_workspace(self.model, self_contact)
+        )
         self.history: Floats = np.empty((HISTORY_ROWS, len(History)))
         self.interval = case.output.history_interval  # steps between rows of the history
         self.most = max(NODE_STEPS_PER_CHUNK // ((self.model.n1 + 1) * self.model.n2), 1)  # steps of a chunk
@@ -168,7 +170,7 @@ class Drop:
     def step(self, model: Model) -> Outcome:
         """Advance by one step of another model of the same arrays."""
         kernel = KERNELS[self.case.model.fidelity]
-        return Outcome(kernel(model, self.state, self.sweep, self.history, 1, 1, math.inf)[1])
+        return Outcome(kernel(model, self.state, self.workspace, self.history, 1, 1, math.inf)[1])
 
     def inflate(self, tolerance: float = TOLERANCE) -> Relaxation:
         """Bring the shell to rest under its cover, which is held, and the pressure of t = 0; see `relax`. Raises NotInflated."""
@@ -190,12 +192,12 @@ class Drop:
         start = CLOCK()
         kernel = KERNELS[self.case.model.fidelity]
         interval, last = self.interval, int(self.state.steps[0]) + most
-        rows, outcome = kernel(self.model, self.state, self.sweep, self.history, interval, most, until)
-        while (folds := self.state.folds) is not None and folds.counts[FoldCount.CRAMPED]:
-            self.state = self.state._replace(folds=with_room(folds))
+        rows, outcome = kernel(self.model, self.state, self.workspace, self.history, interval, most, until)
+        while (self_contact := self.state.self_contact) is not None and self_contact.counts[ContactCount.OVERFLOW]:
+            self.state = self.state._replace(self_contact=with_room(self_contact))
             if outcome == Outcome.RUNNING:
                 rest = last - int(self.state.steps[0])
-                more, outcome = kernel(self.model, self.state, self.sweep, self.history[rows:], interval, rest, until)
+                more, outcome = kernel(self.model, self.state, self.workspace, self.history[rows:], interval, rest, until)
                 rows += more
         self.kernel_seconds += CLOCK() - start
         return self.history[:rows], Outcome(outcome)
@@ -315,9 +317,9 @@ class Drop:
         return whole_model(self.case)
 
     @cached_property
-    def _whole_sweep(self) -> Sweep:
+    def _whole_sweep(self) -> Workspace:
         """Scratch for pictures; that of the steps does where it is of the whole shell, since nothing in it outlives a step."""
-        scratch: Sweep = self.sweep if self.case.model.fidelity == "full" else build_sweep(self._whole_model)  # type: ignore[assignment]
+        scratch: Workspace = self.workspace if self.case.model.fidelity == "full" else build_workspace(self._whole_model)  # type: ignore[assignment]
         return scratch
 
     def fields(self) -> dict[str, Floats]:
@@ -365,7 +367,7 @@ class Drop:
         return filtered_peaks(np.concatenate(kept), self.case.output.cfc, self.model.crushing, list(self._known()))
 
     def _summary(self, outcome: str, wall_seconds: float, file: ResultFile | None, filtered: FilteredPeaks | None) -> Summary:
-        case, folds, steps = self.case, self.state.folds, int(self.state.steps[0])
+        case, self_contact, steps = self.case, self.state.self_contact, int(self.state.steps[0])
         impact = -self.now(History.VELOCITY) if outcome == "impact" else None
         free_fall = math.sqrt(case.cargo.velocity**2 + 2.0 * case.gravity * case.shell.height)
         peaks = {name: self._peak(which) for name, which in self._known().items()}
@@ -389,8 +391,8 @@ class Drop:
             peak_tension_belt=belt,
             peaks=peaks,
             work=Work(*(float(part) for part in self.state.now[History.WORK_PRESSURE : History.WORK_CONTACT + 1])),
-            largest_penetration=0.0 if folds is None else float(folds.penetration[0]),
-            crossings=0 if folds is None else int(folds.counts[FoldCount.PIERCED]),
+            largest_penetration=0.0 if self_contact is None else float(self_contact.penetration[0]),
+            missed_collisions=0 if self_contact is None else int(self_contact.counts[ContactCount.MISSED]),
             energy_error=self.energy_error(),
             energy_made=made,
             steps=steps,
@@ -471,12 +473,12 @@ class Drop:
         """What limits the step, and where: of the shell as it started, the only one known to be sound."""
         kernel = stable_step_of_meridian if self.case.model.fidelity in ONE_COLUMN else stable_step
         nodes, model = build_state(self.case, self.model).nodes, self.model
-        longest = kernel(model, nodes, self.sweep)
-        row = int(np.argmax(self.sweep.by_row.rate))
+        longest = kernel(model, nodes, self.workspace)
+        row = int(np.argmax(self.workspace.by_row.rate))
         calm = model._replace(
             fabric=model.fabric._replace(viscosity=0.0), belts=model.belts._replace(viscosity=0.0 * model.belts.viscosity)
         )
-        viscous = kernel(calm, nodes, self.sweep) > VISCOUS * longest
+        viscous = kernel(calm, nodes, self.workspace) > VISCOUS * longest
         where = "at the belt cells" if model.belts.width[row] > 0.0 else f"at row {row}"
         return f"the {'viscosity' if viscous else 'stiffness'} limit of the step {where}"
 

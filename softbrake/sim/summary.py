@@ -83,7 +83,7 @@ class Work:
 
 
 @dataclass(frozen=True)
-class Rung:
+class Trial:
     """One level and grid that a climb for a tolerance tried."""
 
     fidelity: str
@@ -168,7 +168,7 @@ class Summary:
     peaks: dict[str, Peak]  # keys as the four fields above, where they are not None
     work: Work
     largest_penetration: float  # of folds into one another, over an unloaded cell
-    crossings: int  # how often a pair of folds was not kept from passing, in each step; not in the last 1e-5 m
+    missed_collisions: int  # how often a pair of folds was not kept from passing, in each step; not in the last 1e-5 m
     energy_error: float  # residual of the work ledger over initial kinetic plus potential energy
     energy_made: dict[
         str, float
@@ -182,7 +182,7 @@ class Summary:
     impact_velocity_error: float | None = None  # m/s, estimated numerical error; None where it was not asked for or has no bound
     peak_errors: dict[str, float | None] | None = None  # of the peaks, as far as estimated
     fidelity_reason: str | None = None  # what the error rests on, and why this level was chosen
-    ladder: list[Rung] = field(default_factory=list)  # what was tried for a tolerance
+    trials: list[Trial] = field(default_factory=list)  # what was tried for a tolerance
     fabric_margin: float | None = None  # fabric.strength over its largest tension, less 1; None where no strength is given
     belt_margin: float | None = None  # likewise, of the weakest belt under the largest tension of any
     sensitivity: Sensitivities | None = None  # where it was asked for

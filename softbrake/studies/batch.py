@@ -19,9 +19,9 @@ import numpy as np
 
 from softbrake.case.case import Case
 from softbrake.core.arrays import Floats, Outcome
-from softbrake.sim.simulation import NEVER, Diverged, Drop, cores
+from softbrake.sim.simulation import NEVER, Diverged, Simulation, cores
 from softbrake.sim.summary import Summary
-from softbrake.studies.error_control import climb, reached
+from softbrake.studies.error_control import reached, refine
 
 AHEAD = 8  # drops under way or waiting, for each thread
 
@@ -37,7 +37,7 @@ class Dropped(NamedTuple):
 def run_batch(cases: Iterable[Case], *, threads: int | None = None, histories: bool = False) -> Iterator[Dropped]:
     """Run cases and yield their answers in order; cases may be without end, they are taken as they are needed.
 
-    A case that fails costs only itself. One with a tolerance is climbed, as `ladder.run` does. threads: default one a core.
+    A case that fails costs only itself. One with a tolerance is refined, as by `error_control.run`. threads: default one a core.
     histories: keep rows as `output.history_interval` asks. Leaving the iterator, or Ctrl-C, ends the drops under way.
     """
     threads = threads or cores()
@@ -66,10 +66,10 @@ def run_one(case: Case, histories: bool = False, stop: threading.Event | None = 
         if case.tolerance is not None:
             if histories:
                 return Dropped(None, "a case with a tolerance has no history, its answer is of several runs", None)
-            summary = climb(case, case.tolerance).summary
+            summary = refine(case, case.tolerance).summary
             missed = f"the tolerance of {case.tolerance:.3g} was not reached: {summary.fidelity_reason}"
             return Dropped(summary, None if reached(case, summary) else missed, None)
-        drop = Drop(case)
+        drop = Simulation(case)
         drop.interval = case.output.history_interval if histories else NEVER
         outcome = Outcome.RUNNING
         while outcome == Outcome.RUNNING:

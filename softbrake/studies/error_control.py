@@ -20,9 +20,9 @@ from statistics import fmean
 from softbrake.case.case import Case, Fidelity, LongStep, level, long_steps
 from softbrake.core.arrays import Outcome
 from softbrake.core.columns import History
-from softbrake.sim import simulation as drop
-from softbrake.sim.simulation import CLIMBED, CLOCK, Diverged, Drop, Progress
-from softbrake.sim.summary import Ensemble, Rung, Summary
+from softbrake.sim import simulation
+from softbrake.sim.simulation import CLOCK, REFINED, Diverged, Progress, Simulation
+from softbrake.sim.summary import Ensemble, Summary, Trial
 from softbrake.studies.convergence import Estimate, estimate_of_neighbours, prediction
 
 COURANT = 0.9  # where runs are to be compared at one; a climb takes `auto`
@@ -49,7 +49,7 @@ SHOTS = 50  # looks at how round a shell is
 
 
 @dataclass(frozen=True)
-class Climb:
+class Refined:
     """Where the climb ended."""
 
     case: Case  # of the level and grid chosen
@@ -60,7 +60,7 @@ class Climb:
 class Interrupted(KeyboardInterrupt):
     """Ctrl-C during a climb that has an answer already; `found` holds it, with outcome "interrupted"."""
 
-    def __init__(self, found: Climb) -> None:
+    def __init__(self, found: Refined) -> None:
         super().__init__()
         self.found = found
 
@@ -73,14 +73,14 @@ class CutOff(Exception):
         self.case, self.summary = case, summary
 
 
-def climb(case: Case, tolerance: float, budget: float = BUDGET, report: Callable[[Rung], None] | None = None) -> Climb:
+def refine(case: Case, tolerance: float, budget: float = BUDGET, report: Callable[[Trial], None] | None = None) -> Refined:
     """Find the cheapest level and grid whose impact velocity is within a tolerance, relative. The Courant number is `auto`.
 
     budget (CPU s): no run is begun that would take more, from what the last one took, but for the first of each level. report:
     told each rung as it is done. Raises Interrupted at Ctrl-C once there is an answer, Diverged where no grid of the level wanted
     has one.
     """
-    return _Climber(case, tolerance, budget, report).climb()
+    return _Refinement(case, tolerance, budget, report).refine()
 
 
 def run(
@@ -89,46 +89,46 @@ def run(
     progress: Callable[[Progress], None] | None = None,
     *,
     budget: float = BUDGET,
-    report: Callable[[Rung], None] | None = None,
+    report: Callable[[Trial], None] | None = None,
     with_error_bar: bool = False,
 ) -> Summary:
     """Run a drop to impact, full stop or `time.end` and return its answer.
 
-    A case with a tolerance, or with `model.fidelity: auto`, is climbed first; `ladder` and `impact_velocity_error` of the answer
+    A case with a tolerance, or with `model.fidelity: auto`, is refined first; `trials` and `impact_velocity_error` of the answer
     then say how far it got, and the result file holds one run of the level chosen: of an ensemble the member nearest the answer.
     Else `with_error_bar` asks for three coarser neighbours. Ctrl-C during a climb, or while its result file is written, gives
     outcome "interrupted" and what was found. Warns (LongStep) of a `time.courant` above 1. Other arguments and errors as of
-    `climb` and `drop.run`; ValueError where a grid is too coarse for neighbours.
+    `climb` and `simulation.run`; ValueError where a grid is too coarse for neighbours.
     """
     if case.tolerance is not None:
         try:
-            found = climb(case, case.tolerance, budget, report)
+            found = refine(case, case.tolerance, budget, report)
         except Interrupted as interrupted:
             return interrupted.found.summary
         return found.summary if results is None else _write(found, results, progress)
     if said := long_steps([case]):
         warnings.warn(said, LongStep, stacklevel=2)
     if not with_error_bar:
-        return drop.run(case, results, progress)
+        return simulation.run(case, results, progress)
     try:
         coarser = neighbours(case)
     except Diverged:
         reason = "no error bar: a coarser grid diverges"
-        return drop.run(case, results, progress, lambda summary: replace(summary, fidelity_reason=reason))
-    return drop.run(case, results, progress, lambda summary: _with_error_bar(case, summary, coarser))
+        return simulation.run(case, results, progress, lambda summary: replace(summary, fidelity_reason=reason))
+    return simulation.run(case, results, progress, lambda summary: _with_error_bar(case, summary, coarser))
 
 
-def _write(found: Climb, results: str | Path, progress: Callable[[Progress], None] | None) -> Summary:
+def _write(found: Refined, results: str | Path, progress: Callable[[Progress], None] | None) -> Summary:
     """Run the drop of a climb once more for the result file, disturbed as it was."""
     answer = found.summary
     disturbed = (disturbance(found.case, found.seed), found.seed) if found.seed else None
     try:
-        kept = drop.run(found.case, results, progress, lambda summary: _with_errors(summary, answer), disturbed)
+        kept = simulation.run(found.case, results, progress, lambda summary: _with_errors(summary, answer), disturbed)
     except Diverged as diverged:
         reason = f"{answer.fidelity_reason}; the run that was to fill the result file diverged"
         return replace(answer, results=diverged.summary.results, fidelity_reason=reason)
     if kept.outcome == "interrupted":
-        return replace(kept, fidelity_reason="interrupted while the result file was written", ladder=answer.ladder)
+        return replace(kept, fidelity_reason="interrupted while the result file was written", trials=answer.trials)
     return kept
 
 
@@ -252,10 +252,10 @@ def of_members(value: Callable[[_Run], float], members: Sequence[_Run], beside: 
     return middle, max(error, OTHERS * abs(fmean(others) - middle)) if others else error
 
 
-class _Climber:
-    def __init__(self, case: Case, tolerance: float, budget: float, report: Callable[[Rung], None] | None) -> None:
+class _Refinement:
+    def __init__(self, case: Case, tolerance: float, budget: float, report: Callable[[Trial], None] | None) -> None:
         self.case, self.tolerance, self.budget, self.report = case, tolerance, budget, report
-        self.rungs: list[Rung] = []
+        self.trials: list[Trial] = []
         self.best: _Found | None = None  # the last answer, for Ctrl-C
         self.diverged: Diverged | None = None  # the last one
         self.radius = 0.5 * case.shell.diameter
@@ -263,8 +263,8 @@ class _Climber:
         self.least = least_cells(case)
         self.spent = 0.0  # CPU s
         self.started = time.perf_counter()
-        for fidelity in CLIMBED:
-            Drop(self.at(fidelity, SCREEN)).advance(most=0)  # compiling is no cost of a level
+        for fidelity in REFINED:
+            Simulation(self.at(fidelity, SCREEN)).advance(most=0)  # compiling is no cost of a level
 
     def at(self, fidelity: Fidelity, cells: float) -> Case:
         """The case at a level, so many cells in a radius."""
@@ -286,10 +286,10 @@ class _Climber:
 
     def book(self, case: Case, value: float | None, error: float | None, seconds: float, verdict: str) -> None:
         grid = case.grid
-        rung = Rung(case.model.fidelity, grid.generatrix, grid.hoop, value, error, seconds, verdict)
-        self.rungs.append(rung)
+        trial = Trial(case.model.fidelity, grid.generatrix, grid.hoop, value, error, seconds, verdict)
+        self.trials.append(trial)
         if self.report is not None:
-            self.report(rung)
+            self.report(trial)
 
     def lost(self, case: Case, diverged: Diverged) -> None:
         self.diverged = diverged
@@ -303,7 +303,7 @@ class _Climber:
     def left(self) -> float:
         return self.budget - self.spent
 
-    def climb(self) -> Climb:
+    def refine(self) -> Refined:
         gas = level(self.case, "lumped", 8, 8)
         before = CLOCK()
         summary, _ = probe(gas)
@@ -514,7 +514,7 @@ class _Climber:
             doubt_of(run.summary for run in [*members, *beside]),
         )
 
-    def done(self, found: _Found) -> Climb:
+    def done(self, found: _Found) -> Refined:
         base, run = found.run.summary, found.run
         speed, error = speed_range(found.energy, found.error)
         within = self.within(found)
@@ -540,11 +540,11 @@ class _Climber:
             impact_velocity_error=error if math.isfinite(error) else None,
             peak_errors={name: bar if math.isfinite(bar) else None for name, bar in found.peaks.items()},
             fidelity_reason=reason,
-            ladder=self.rungs,
+            trials=self.trials,
             ensemble=found.ensemble,
             wall_seconds=time.perf_counter() - self.started,
         )
-        return Climb(run.case, summary, run.seed)
+        return Refined(run.case, summary, run.seed)
 
 
 def _with_means(summary: Summary, means: dict[str, float]) -> Summary:
@@ -595,7 +595,7 @@ def probe(case: Case, seed: int = 0) -> tuple[Summary, float]:
     seed: of a disturbance of its places, see `disturbance`; 0 for none.
     Raises Diverged, and KeyboardInterrupt at Ctrl-C.
     """
-    falling = Drop(case)
+    falling = Simulation(case)
     if seed:
         falling.disturb(disturbance(case, seed), seed)
         settled = SETTLED * math.pi * case.shell.diameter * math.sqrt(case.fabric.areal_density / case.fabric.E22)

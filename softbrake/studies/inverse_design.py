@@ -17,10 +17,10 @@ from softbrake.case.case import Case, CaseError, FullStop, full_stop, level, loa
 from softbrake.case.keys import PHYSICS, key_at
 from softbrake.case.units import Dimension, parse_quantity
 from softbrake.sim.simulation import Diverged, run
-from softbrake.sim.summary import Rung, Summary
+from softbrake.sim.summary import Summary, Trial
 from softbrake.studies.batch import run_batch
 from softbrake.studies.convergence import estimate_of_neighbours
-from softbrake.studies.error_control import BUDGET, Climb, climb, neighbours
+from softbrake.studies.error_control import BUDGET, Refined, neighbours, refine
 
 TARGETS = {
     "impact_velocity": Dimension.SPEED,
@@ -110,7 +110,7 @@ class Question:
     target: Target
     low: float
     high: float
-    check: Callable[[float], Climb] | None  # climbs the case with a value, where it asks for a tolerance
+    check: Callable[[float], Refined] | None  # climbs the case with a value, where it asks for a tolerance
 
 
 def ask(
@@ -120,7 +120,7 @@ def ask(
     target: str = "impact_velocity=0",
     between: str | None = None,
     budget: float = BUDGET,
-    report: Callable[[Rung], None] | None = None,
+    report: Callable[[Trial], None] | None = None,
 ) -> Question:
     """Read the question: `between` is LOW:HIGH, by default a third to three times the value of the case.
 
@@ -160,13 +160,13 @@ def ask(
     tolerance = case.tolerance
     if tolerance is None:
         return Question(case, varied, path, key.kind.unit, goal, low, high, None)
-    chosen = climb(case, tolerance, budget, report).case
+    chosen = refine(case, tolerance, budget, report).case
 
     def load(value: float) -> Case:
         return level(varied(value), chosen.model.fidelity, chosen.grid.generatrix, chosen.grid.hoop, chosen.time.courant)
 
-    def check(value: float) -> Climb:
-        return climb(varied(value), tolerance, budget, report)
+    def check(value: float) -> Refined:
+        return refine(varied(value), tolerance, budget, report)
 
     return Question(case, load, path, key.kind.unit, goal, low, high, check)
 
@@ -235,10 +235,10 @@ def find(question: Question, report: Callable[[Point], None] | None = None) -> D
     ratio = high / low if low > 0.0 else math.inf
     steps = [k / (POINTS - 1) for k in range(POINTS)]
     scan = attempt([low * ratio**share if ratio < math.inf else low + share * (high - low) for share in steps])
-    crossings = [(a, b) for a, b in pairwise(scan) if _across(a, b)]
-    if not crossings:
+    missed_collisions = [(a, b) for a, b in pairwise(scan) if _across(a, b)]
+    if not missed_collisions:
         raise NotReached(_missed(scan, target))
-    first, second = _close_in(lambda value: attempt([value])[0], *crossings[0])
+    first, second = _close_in(lambda value: attempt([value])[0], *missed_collisions[0])
     scores = [point.score for point in scan if point.score is not None]
     if abs((first.score or 0.0) - (second.score or 0.0)) > JUMP * (max(scores) - min(scores)):
         raise NotReached(
@@ -247,19 +247,19 @@ def find(question: Question, report: Callable[[Point], None] | None = None) -> D
         )
     best = min((first, second), key=lambda point: point.score or 0.0)
     assert best.summary is not None
-    slope = _slope(*attempt([best.value * (1 - NUDGE), best.value * (1 + NUDGE)])) or _slope(*crossings[0])
+    slope = _slope(*attempt([best.value * (1 - NUDGE), best.value * (1 + NUDGE)])) or _slope(*missed_collisions[0])
     numerical, basis = _numerical_error(question.load(best.value), target, best.summary)
     bracket = (min(first.value, second.value), max(first.value, second.value))
     error = None if numerical is None else numerical / abs(slope) + bracket[1] - bracket[0]
     points.sort(key=lambda point: point.value)
     if question.check is None:
-        return Design(best.value, bracket, error, basis, best.summary, points, len(crossings) - 1)
+        return Design(best.value, bracket, error, basis, best.summary, points, len(missed_collisions) - 1)
     checked = question.check(best.value)
     missed = _missed_by(checked, target, abs(slope) * (error or 0.0))
-    return Design(best.value, bracket, error, basis, checked.summary, points, len(crossings) - 1, missed)
+    return Design(best.value, bracket, error, basis, checked.summary, points, len(missed_collisions) - 1, missed)
 
 
-def _missed_by(checked: Climb, target: Target, error: float) -> str:
+def _missed_by(checked: Refined, target: Target, error: float) -> str:
     """What a climb gives, in words, where its score is off 0 by more than its own error and that of the search (of the score)."""
     summary = checked.summary
     score, own = target.score(checked.case, summary), (summary.peak_errors or {}).get(target.name) or 0.0

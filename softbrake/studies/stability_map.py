@@ -18,7 +18,7 @@ import numpy as np
 from softbrake.case.case import Case
 from softbrake.sim.interrupt import held_interrupt
 from softbrake.sim.relax import Held
-from softbrake.sim.simulation import Drop, NotInflated
+from softbrake.sim.simulation import NotInflated, Simulation
 
 HAIR = 1e-7  # of the shorter edge, the disturbance: far below what slackens taut fabric
 STEPS = 400
@@ -96,7 +96,7 @@ def find_limit(case: Case) -> Point:
     """Inflate the shell of a case by the largest pressure of its law, and bisect for the largest stable step."""
     pressure = case.pressure.steady(case.pressure.largest)
     # Inflated with steps below any limit; the bound then stands for the state, whatever the case's coefficient.
-    drop = Drop(replace(case, initial="unloaded", pressure=pressure, time=replace(case.time, courant=LOW)))
+    drop = Simulation(replace(case, initial="unloaded", pressure=pressure, time=replace(case.time, courant=LOW)))
     none = Point((), np.nan, np.nan, (), case.time.courant)
     try:
         drop.inflate()
@@ -122,7 +122,7 @@ def find_limit(case: Case) -> Point:
     return replace(none, predicted=predicted, found=low * predicted, trials=tuple(trials))
 
 
-def is_stable(drop: Drop, courant: float, steps: int = STEPS) -> bool:
+def is_stable(drop: Simulation, courant: float, steps: int = STEPS) -> bool:
     """Whether a hair's disturbance of a shell at rest dies or stays, in steps of a part of the predicted one.
 
     Raises KeyboardInterrupt between two steps.
@@ -131,7 +131,7 @@ def is_stable(drop: Drop, courant: float, steps: int = STEPS) -> bool:
         return _is_stable(drop, courant, steps, interrupted)
 
 
-def _is_stable(drop: Drop, courant: float, steps: int, interrupted: Callable[[], bool]) -> bool:
+def _is_stable(drop: Simulation, courant: float, steps: int, interrupted: Callable[[], bool]) -> bool:
     """As `is_stable`, told of Ctrl-C."""
     drop.disturb(HAIR * min(drop.model.fabric.h1, drop.model.fabric.h2), SEED)
     held = Held(drop.model._replace(courant=courant), drop.state, drop.step)

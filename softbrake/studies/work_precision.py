@@ -19,7 +19,7 @@ from typing import Literal, NamedTuple
 
 from softbrake.case.case import ONE_COLUMN, Case, Fidelity, level
 from softbrake.case.keys import UNKNOWN_CONTACT
-from softbrake.sim.simulation import Diverged, Drop, compile_kernels, kernels_of
+from softbrake.sim.simulation import Diverged, Simulation, compile_kernels, kernels_of
 from softbrake.sim.summary import Summary
 from softbrake.studies.convergence import CAUTION, estimate
 from softbrake.studies.error_control import COURANT, LEAST_SPEED, OUT_OF_ROUND, SEEDS, least_cells, probe, speed_of
@@ -145,7 +145,7 @@ class Reference:
 
 
 @dataclass
-class Chart:
+class WorkPrecision:
     """What was computed; `softbrake.diagram` draws it."""
 
     case: Case
@@ -296,15 +296,15 @@ def _hoop(case: Case, fidelity: Fidelity, n1: int) -> int:
     return max(round(n1 * case.grid.hoop / case.grid.generatrix), 8)
 
 
-def chart(case: Case, budget: float = BUDGET, report: Callable[[int, int, str], None] | None = None) -> Chart:
+def work_precision(case: Case, budget: float = BUDGET, report: Callable[[int, int, str], None] | None = None) -> WorkPrecision:
     """Compute a reference and as much of the plan as a budget (s) holds; Ctrl-C ends it early and keeps what was done.
 
     report: told runs done, runs planned, and what comes next. Compiling is no part of the budget.
     Raises Diverged where the reference does on every grid.
     """
-    found = Chart(case)
+    found = WorkPrecision(case)
     try:
-        _Charter(found, budget, report or (lambda done, planned, doing: None)).fill()
+        _Measurement(found, budget, report or (lambda done, planned, doing: None)).fill()
     except KeyboardInterrupt:
         found.interrupted = True
         done = {run.setting for run in found.runs} | {setting for setting, _ in found.left_out}
@@ -312,8 +312,8 @@ def chart(case: Case, budget: float = BUDGET, report: Callable[[int, int, str], 
     return found
 
 
-class _Charter:
-    def __init__(self, found: Chart, budget: float, report: Callable[[int, int, str], None]) -> None:
+class _Measurement:
+    def __init__(self, found: WorkPrecision, budget: float, report: Callable[[int, int, str], None]) -> None:
         self.found, self.case, self.report = found, found.case, report
         self.settings = plan(self.case)
         self.costs: list[tuple[Setting, float]] = []  # wall seconds that settings took, as the budget counts
@@ -364,7 +364,7 @@ class _Charter:
 
     def run(self, setting: Setting, seed: int = 0) -> Run:
         """A drop, disturbed by the size of a seed, 1 and up."""
-        drop = Drop(setting.apply(self.case))
+        drop = Simulation(setting.apply(self.case))
         size = SEEDS[seed - 1] if seed else 0.0
         if seed:
             drop.disturb(size * 0.5 * self.case.shell.diameter, seed)
@@ -394,7 +394,7 @@ class _Charter:
     def out_of_round(self) -> tuple[dict[str, float] | None, str]:
         """By how much a disturbance moves each quantity of a full shell from the axisymmetric one, None if not round; in words.
 
-        A grid twice as fine is asked where a coarse one lets the disturbance grow much, as in `ladder`.
+        A grid twice as fine is asked where a coarse one lets the disturbance grow much, as in `error_control`.
         """
         moved = dict.fromkeys(UNITS, 0.0)
         words = ""
@@ -496,7 +496,7 @@ class _Charter:
         return Reference(kept, {name: errors[name] for name in kept}, outcomes, basis, setting, least)
 
 
-def write_csv(found: Chart, path: Path) -> None:
+def write_csv(found: WorkPrecision, path: Path) -> None:
     """Write every run to a CSV file, a line each, units in the heads; what was left out as well, without numbers."""
     names = list(found.reference.values) if found.reference is not None else []
     head = ["role", "fidelity", "scheme", "courant [1]", "generatrix [cells]", "hoop [cells]", "disturbed [radius]", "outcome"]

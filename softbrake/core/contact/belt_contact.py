@@ -4,12 +4,12 @@ from math import sqrt
 
 from numba import uint64
 
-from softbrake.core.arrays import Blows
+from softbrake.core.arrays import Impulses
 from softbrake.core.contact.impulses import hold_node
 from softbrake.core.contact.self_contact import meridian_sheet, shell_sheet
 from softbrake.core.jit import kernel
 from softbrake.core.lanes import FIRST, ONE, close_nodes
-from softbrake.core.obstacles import GAP, jolt
+from softbrake.core.obstacles import GAP, add_velocity_jump
 
 
 @kernel
@@ -63,13 +63,13 @@ def along(nodes, node, mx, my, mz):
 
 
 @kernel
-def part_nodes(nodes, blows, course, sheet, lower, upper, slot, mass_lower, mass_upper, cx, cy, cz):
+def separate_nodes(nodes, impulses, step, sheet, lower, upper, slot, mass_lower, mass_upper, cx, cy, cz):
     """Keep two nodes apart along a unit vector c from the lower to the upper one. Returns 1 if they touch, else 0.
 
     What was a gap apart stays so, what was nearer comes no nearer: resting is always allowed, so no energy arises. Ground, cover
-    and cargo have the last word. Writes nodes, blows, works to its slot.
+    and cargo have the last word. Writes nodes, impulses, works to its slot.
     """
-    length = course.length
+    length = step.length
     apart = along(nodes, upper, cx, cy, cz) - along(nodes, lower, cx, cy, cz)
     closing = length * (
         cx * (nodes.u[lower] - nodes.u[upper]) + cy * (nodes.v[lower] - nodes.v[upper]) + cz * (nodes.w[lower] - nodes.w[upper])
@@ -80,8 +80,8 @@ def part_nodes(nodes, blows, course, sheet, lower, upper, slot, mass_lower, mass
     impulse = missing / (length * (1.0 / mass_lower + 1.0 / mass_upper))
     for node, mass, way in ((lower, mass_lower, -1.0), (upper, mass_upper, 1.0)):
         change = way * impulse / mass
-        jolt(nodes, blows, node, slot, mass, length, change * cx, change * cy, change * cz)
-        hold_node(nodes, blows, course, sheet, node, slot, mass)
+        add_velocity_jump(nodes, impulses, node, slot, mass, length, change * cx, change * cy, change * cz)
+        hold_node(nodes, impulses, step, sheet, node, slot, mass)
     return 1
 
 
@@ -101,14 +101,14 @@ def folded(nodes, a, b, stride):
 
 
 @kernel
-def may_fold(nodes, lobes, stride, columns):
+def may_fold(nodes, belt_contact, stride, columns):
     """Return whether cloth may be folded over a belt after the step: where it leaves one in directions less than 96° apart.
 
     To get there from more it would have to move by a tenth of a cell in a step, at hundreds of m/s beside the belt.
     """
     some = 0
-    for k in range(lobes.below.size):
-        a, b = uint64(lobes.below[k]) * stride + FIRST, uint64(lobes.above[k]) * stride + FIRST
+    for k in range(belt_contact.below.size):
+        a, b = uint64(belt_contact.below[k]) * stride + FIRST, uint64(belt_contact.above[k]) * stride + FIRST
         for j in range(uint64(columns)):
             product, square_1, square_2 = between(nodes, a + j, b + j, stride)
             some |= int(product > 0.0) | int(100.0 * product * product < square_1 * square_2)
@@ -125,7 +125,7 @@ def any_folded(nodes, a, b, stride, columns):
 
 
 @kernel
-def part_lobes(model, nodes, work, by_column, parting, course, touching):
+def resolve_belt_contact(model, nodes, work, by_column, before_contact, step, touching):
     """Keep the sub-regions G1 below and G2 above each belt out of one another. Condition (2.5).
 
     Where the lobes fold over the belt, their normals m1, m2 are opposed, and the rows M1, M2 next to the belt may meet: they are
@@ -137,16 +137,16 @@ def part_lobes(model, nodes, work, by_column, parting, course, touching):
                     B      belt
            N2 ── M2 ┘      gas above, m2 upwards
 
-    Reads model, course; touching: whether cover and cargo are in the way. Writes nodes, work.contact; by_column.kinetic;
-    parting.impulse; scratch in the places of parting.before.
+    Reads model, step; touching: whether cover and cargo are in the way. Writes nodes, work.contact; by_column.kinetic;
+    before_contact.impulse; scratch in the places of before_contact.before.
     """
-    stride, columns, mass, lobes = uint64(model.stride), model.n2, model.mass, model.lobes
+    stride, columns, mass, belt_contact = uint64(model.stride), model.n2, model.mass, model.belt_contact
     sheet = shell_sheet(model, touching)
-    blows, ways = Blows(work.contact, by_column.kinetic, parting.impulse, None), parting.before
+    impulses, ways = Impulses(work.contact, by_column.kinetic, before_contact.impulse, None), before_contact.before
     half = 0.5 * model.fabric.h2 / model.radius  # sine of half the angle between two generatrices
     cos, sin = 1.0 - 2.0 * half * half, 2.0 * half * sqrt(1.0 - half * half)
-    for k in range(lobes.below.size):
-        row_1, row_2 = lobes.below[k], lobes.above[k]
+    for k in range(belt_contact.below.size):
+        row_1, row_2 = belt_contact.below[k], belt_contact.above[k]
         start_1, start_2 = uint64(row_1) * stride + FIRST, uint64(row_2) * stride + FIRST
         if not any_folded(nodes, start_1, start_2, stride, columns):
             continue
@@ -157,7 +157,7 @@ def part_lobes(model, nodes, work, by_column, parting, course, touching):
             cx, cy, cz = ways.x[a], ways.y[a], ways.z[a]
             if cx == 0.0 and cy == 0.0 and cz == 0.0:
                 continue
-            touch = part_nodes(nodes, blows, course, sheet, a, b, j, mass[row_1], mass[row_2], cx, cy, cz)
+            touch = separate_nodes(nodes, impulses, step, sheet, a, b, j, mass[row_1], mass[row_2], cx, cy, cz)
             moved += touch
             if touch == 0:
                 ways.x[a], ways.y[a], ways.z[a] = 0.0, 0.0, 0.0
@@ -178,7 +178,7 @@ def part_lobes(model, nodes, work, by_column, parting, course, touching):
                     turn = 1.0 + around * around * (cos - 1.0)  # the way apart turns with the generatrix
                     nx, ny, column = turn * cx - side * cy, turn * cy + side * cx, (j + around + columns) % columns
                     c, d = start_1 - stride + uint64(column), start_2 + stride + uint64(column)
-                    part_nodes(nodes, blows, course, sheet, c, d, column, mass[row_1 - 1], mass[row_2 + 1], nx, ny, cz)
+                    separate_nodes(nodes, impulses, step, sheet, c, d, column, mass[row_1 - 1], mass[row_2 + 1], nx, ny, cz)
         close_nodes(nodes, start_1 - stride, columns)
         close_nodes(nodes, start_2 + stride, columns)
 
@@ -199,17 +199,17 @@ def find_ways(nodes, ways, start_1, start_2, stride, columns):
 
 
 @kernel
-def part_meridian_lobes(model, nodes, meridian, course):
-    """Keep the lobes of the axisymmetric shell apart at each belt, as part_lobes does. Condition (2.5).
+def resolve_belt_contact_of_meridian(model, nodes, meridian, step):
+    """Keep the lobes of the axisymmetric shell apart at each belt, as resolve_belt_contact does. Condition (2.5).
 
     Where all columns are alike b12 is zero; N on the generatrices beside M deviates by b22 more. Writes nodes, meridian.impulse;
-    add_contact_work books them. Returns whether any were kept.
+    add_contact_work_of_meridian books them. Returns whether any were kept.
     """
-    mass, lobes, moved = model.mass, model.lobes, 0
-    sheet = meridian_sheet(model, course)
-    blows = Blows(meridian.contact, meridian.kinetic, meridian.impulse, None)
-    for k in range(lobes.below.size):
-        a, b = uint64(lobes.below[k]), uint64(lobes.above[k])
+    mass, belt_contact, moved = model.mass, model.belt_contact, 0
+    sheet = meridian_sheet(model, step)
+    impulses = Impulses(meridian.contact, meridian.kinetic, meridian.impulse, None)
+    for k in range(belt_contact.below.size):
+        a, b = uint64(belt_contact.below[k]), uint64(belt_contact.above[k])
         if not folded(nodes, a, b, ONE):
             continue
         x1, z1 = inward_normal_of_meridian(nodes, a)
@@ -218,7 +218,7 @@ def part_meridian_lobes(model, nodes, meridian, course):
         if square <= 2.0:
             continue
         cx, cz = (x2 - x1) / sqrt(square), (z2 - z1) / sqrt(square)
-        touch = part_nodes(nodes, blows, course, sheet, a, b, a, mass[a], mass[b], cx, 0.0, cz)
+        touch = separate_nodes(nodes, impulses, step, sheet, a, b, a, mass[a], mass[b], cx, 0.0, cz)
         moved |= touch
         if touch > 0 and a > 1 and b < model.n1 - 1:
             rise = 2.0 * (model.hoop.cos - 1.0)
@@ -226,7 +226,7 @@ def part_meridian_lobes(model, nodes, meridian, course):
             least_2 = bend(nodes, b, ONE, x2, 0.0, z2) + min(rise * x2 * nodes.x[b], 0.0)
             if min(least_1, least_2) <= 0.0:
                 a, b = a - ONE, b + ONE
-                part_nodes(nodes, blows, course, sheet, a, b, a, mass[a], mass[b], cx, 0.0, cz)
+                separate_nodes(nodes, impulses, step, sheet, a, b, a, mass[a], mass[b], cx, 0.0, cz)
     return moved
 
 

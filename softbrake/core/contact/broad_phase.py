@@ -11,7 +11,7 @@ from math import acos, inf, sqrt
 
 from numba import uint64
 
-from softbrake.core.arrays import BLOCK, Box, FoldCount
+from softbrake.core.arrays import BLOCK, Box, ContactCount
 from softbrake.core.contact.narrow_phase import EDGES, corners_of, end_of
 from softbrake.core.jit import kernel
 
@@ -19,15 +19,16 @@ SAME = 0.7  # cosine of the angle of normals below which cloth may fold onto its
 
 
 @kernel
-def find_pairs(nodes, folds, sheet, near):
+def find_pairs(nodes, self_contact, sheet, near):
     """Find all pairs of a node and a face, or two edges, that may be near each other (m) within their margins, at n+1.
 
     Not those of a face and its corners, of edges with one end, nor of smooth cloth. Returns their number; those beyond the
-    capacity of folds.pairs are counted, not kept. Writes folds.pairs, wake (m: distance of boxes, less near) and scratch.
+    capacity of self_contact.pairs are counted, not kept. Writes self_contact.pairs, active_from (m: distance of boxes less near),
+    scratch.
     """
-    blocks, order, widest = folds.blocks, folds.order, 0.0
-    update_normals(nodes, folds, sheet)
-    update_blocks(nodes, folds, sheet)
+    blocks, order, widest = self_contact.blocks, self_contact.order, 0.0
+    update_normals(nodes, self_contact, sheet)
+    update_blocks(nodes, self_contact, sheet)
     sort_blocks(blocks, order)
     for a in range(order.size):
         widest = max(widest, blocks[a, Box.MARGIN])
@@ -41,13 +42,13 @@ def find_pairs(nodes, folds, sheet, near):
                 break
             if not may_meet(blocks, a, b, reach + blocks[b, Box.MARGIN], sheet.columns > 1):
                 continue
-            count = add_pairs(nodes, folds, sheet, a, b, near, count)
-        folds.counts[FoldCount.TESTS] += q - p + 1
+            count = add_pairs(nodes, self_contact, sheet, a, b, near, count)
+        self_contact.counts[ContactCount.TESTS] += q - p + 1
     return count
 
 
 @kernel
-def update_normals(nodes, folds, sheet):
+def update_normals(nodes, self_contact, sheet):
     """Write the normals of all nodes by central differences; shorter than 1 where the cloth is creased."""
     for i in range(sheet.rows + 1):
         for j in range(sheet.columns):
@@ -60,9 +61,9 @@ def update_normals(nodes, folds, sheet):
                 x2, y2, z2, scale_2 = difference(nodes, a - uint64(1), a, a + uint64(1))
                 scale *= scale_2
             scale = 1.0 / scale if scale > 0.0 else 0.0
-            folds.normal_x[a] = scale * (y1 * z2 - z1 * y2)
-            folds.normal_y[a] = scale * (z1 * x2 - x1 * z2)
-            folds.normal_z[a] = scale * (x1 * y2 - y1 * x2)
+            self_contact.normal_x[a] = scale * (y1 * z2 - z1 * y2)
+            self_contact.normal_y[a] = scale * (z1 * x2 - x1 * z2)
+            self_contact.normal_z[a] = scale * (x1 * y2 - y1 * x2)
 
 
 @kernel
@@ -89,10 +90,10 @@ def blocks_along(faces):
 
 
 @kernel
-def update_blocks(nodes, folds, sheet):
+def update_blocks(nodes, self_contact, sheet):
     """Write the box (m) around each block of faces, the mean of its normals, and the angle within which they lie about it."""
-    blocks, x, y, z = folds.blocks, nodes.x, nodes.y, nodes.z
-    normal_x, normal_y, normal_z = folds.normal_x, folds.normal_y, folds.normal_z
+    blocks, x, y, z = self_contact.blocks, nodes.x, nodes.y, nodes.z
+    normal_x, normal_y, normal_z = self_contact.normal_x, self_contact.normal_y, self_contact.normal_z
     for block in range(blocks.shape[0]):
         row, row_end, column, column_end = rows_of(block, sheet)
         right = int(sheet.columns > 1)  # a face of a meridian has no other side
@@ -101,7 +102,7 @@ def update_blocks(nodes, folds, sheet):
         for i in range(row, row_end + 1):
             start = i * sheet.stride + sheet.first
             for a in range(start + column, start + column_end + right):
-                margin = max(margin, folds.margin[a])
+                margin = max(margin, self_contact.margin[a])
                 low_x, low_y, low_z = min(low_x, x[a]), min(low_y, y[a]), min(low_z, z[a])
                 high_x, high_y, high_z = max(high_x, x[a]), max(high_y, y[a]), max(high_z, z[a])
                 b = a if a - start < sheet.columns else start
@@ -149,34 +150,34 @@ def may_meet(blocks, a, b, reach, wide):
 
 
 @kernel
-def add_pairs(nodes, folds, sheet, a, b, near, count):
+def add_pairs(nodes, self_contact, sheet, a, b, near, count):
     """Add the pairs of block a and block b within reach (m) of each other: node and face, and two edges. Returns their count.
 
     By cells: a cell is a face with its lower left node, and the edges that start there; on the cover there is no face.
     """
-    first = collect_cells(nodes, folds, sheet, a, b, near, 0)
-    last = collect_cells(nodes, folds, sheet, b, a, near, first) if a != b else first
-    cells, boxes = folds.cells, folds.boxes
+    first = collect_cells(nodes, self_contact, sheet, a, b, near, 0)
+    last = collect_cells(nodes, self_contact, sheet, b, a, near, first) if a != b else first
+    cells, boxes = self_contact.cells, self_contact.boxes
     for p in range(first):
         for q in range(p + 1 if a == b else first, last):
             reach = near + boxes[p, Box.MARGIN] + boxes[q, Box.MARGIN]
             if square_between(spans_of(boxes[p]), spans_of(boxes[q])) > reach * reach:
                 continue
-            count = add_node_and_face(nodes, folds, sheet, cells[p], boxes[q], cells[q], near, count)
-            count = add_node_and_face(nodes, folds, sheet, cells[q], boxes[p], cells[p], near, count)
+            count = add_node_and_face(nodes, self_contact, sheet, cells[p], boxes[q], cells[q], near, count)
+            count = add_node_and_face(nodes, self_contact, sheet, cells[q], boxes[p], cells[p], near, count)
             if sheet.columns > 1:
-                count = add_edges(nodes, folds, sheet, cells[p], cells[q], near, count)
-        folds.counts[FoldCount.TESTS] += last - p - 1 if a == b else last - first
+                count = add_edges(nodes, self_contact, sheet, cells[p], cells[q], near, count)
+        self_contact.counts[ContactCount.TESTS] += last - p - 1 if a == b else last - first
     return count
 
 
 @kernel
-def collect_cells(nodes, folds, sheet, block, other, near, count):
+def collect_cells(nodes, self_contact, sheet, block, other, near, count):
     """Write the cells of a block within reach (m) of the box around the other, and their own boxes, after so many.
 
-    Returns how many there are then. Writes folds.cells, boxes.
+    Returns how many there are then. Writes self_contact.cells, boxes.
     """
-    x, y, z, margin, box = nodes.x, nodes.y, nodes.z, folds.margin, folds.blocks[other]
+    x, y, z, margin, box = nodes.x, nodes.y, nodes.z, self_contact.margin, self_contact.blocks[other]
     row, row_end, column, column_end = rows_of(block, sheet)
     for i in range(row, row_end + int(row_end == sheet.rows)):  # the row on the cover belongs to the blocks below
         start = i * sheet.stride + sheet.first
@@ -184,14 +185,14 @@ def collect_cells(nodes, folds, sheet, block, other, near, count):
             corners = corners_of(node, sheet)
             if i == sheet.rows:
                 corners = (node, corners[1], corners[1], node)
-            own = folds.boxes[count]
+            own = self_contact.boxes[count]
             own[Box.LOW_X], own[Box.HIGH_X] = span(x, corners)
             own[Box.LOW_Y], own[Box.HIGH_Y] = span(y, corners)
             own[Box.LOW_Z], own[Box.HIGH_Z] = span(z, corners)
             own[Box.MARGIN] = max(margin[corners[0]], margin[corners[1]], margin[corners[2]], margin[corners[3]])
             reach = near + box[Box.MARGIN] + own[Box.MARGIN]
             if square_between(spans_of(own), spans_of(box)) <= reach * reach:
-                folds.cells[count] = node
+                self_contact.cells[count] = node
                 count += 1
     return count
 
@@ -215,7 +216,7 @@ def square_between(spans, others):
 
 
 @kernel
-def add_node_and_face(nodes, folds, sheet, node, box, face, near, count):
+def add_node_and_face(nodes, self_contact, sheet, node, box, face, near, count):
     """Add the pair of a node and a face with its box, where they are within reach (m). Returns the count of pairs."""
     if face // sheet.stride == sheet.rows:
         return count
@@ -223,14 +224,14 @@ def add_node_and_face(nodes, folds, sheet, node, box, face, near, count):
     if node == corners[0] or node == corners[1] or node == corners[2] or node == corners[3]:
         return count
     x, y, z = nodes.x[node], nodes.y[node], nodes.z[node]
-    square, reach = square_between(((x, x), (y, y), (z, z)), spans_of(box)), near + folds.margin[node] + box[Box.MARGIN]
-    return keep(folds, (node << 32) | face, square, reach, near, count)
+    square, reach = square_between(((x, x), (y, y), (z, z)), spans_of(box)), near + self_contact.margin[node] + box[Box.MARGIN]
+    return keep(self_contact, (node << 32) | face, square, reach, near, count)
 
 
 @kernel
-def add_edges(nodes, folds, sheet, cell, other, near, count):
+def add_edges(nodes, self_contact, sheet, cell, other, near, count):
     """Add the pairs of edges of two cells within reach (m), but for those that share a node. Returns their count."""
-    margin = folds.margin
+    margin = self_contact.margin
     for edge in range(2 * cell, 2 * cell + 1 + int(cell // sheet.stride < sheet.rows)):
         i, j = end_of(edge, sheet)
         spans = spans_along(nodes, i, j)
@@ -240,7 +241,7 @@ def add_edges(nodes, folds, sheet, cell, other, near, count):
                 continue
             reach = near + max(margin[i], margin[j]) + max(margin[k], margin[m])
             square = square_between(spans, spans_along(nodes, k, m))
-            count = keep(folds, EDGES | (edge << 32) | second, square, reach, near, count)
+            count = keep(self_contact, EDGES | (edge << 32) | second, square, reach, near, count)
     return count
 
 
@@ -252,13 +253,13 @@ def spans_along(nodes, a, b):
 
 
 @kernel
-def keep(folds, pair, square, reach, near, count):
+def keep(self_contact, pair, square, reach, near, count):
     """Keep a pair where its boxes' distance squared (m^2) is within reach (m), and there is room. Returns the count of pairs."""
     if square > reach * reach:
         return count
-    if count < folds.pairs.size:
-        folds.pairs[count] = pair
-        folds.wake[count] = sqrt(square) - near
+    if count < self_contact.pairs.size:
+        self_contact.pairs[count] = pair
+        self_contact.active_from[count] = sqrt(square) - near
     return count + 1
 
 

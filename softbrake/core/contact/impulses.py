@@ -3,7 +3,7 @@
 from math import inf
 
 from softbrake.core.jit import kernel
-from softbrake.core.obstacles import GAP, allowed_place, jolt
+from softbrake.core.obstacles import GAP, add_velocity_jump, allowed_place
 
 GAP_PASSED = 1e-3  # of room, at which what would pass is held, if it was as far
 LEAST_GIVE = 0.01  # of a free node's: a lever shorter than a tenth of a cell would multiply impulses without bound
@@ -11,13 +11,13 @@ BESIDE = 1e-9  # part of the cargo's radius, or of the gap kept from the cover, 
 
 
 @kernel
-def room(course, sheet):
-    """Return what cushions are a part of (m): the cell, or the space between ground and cover where that is narrower.
+def available_space(step, sheet):
+    """Return what thicknesses are a part of (m): the cell, or the space between ground and cover where that is narrower.
 
-    Cloth has no thickness to be squeezed. Cushions of fixed thickness would fill what is left under the cover, and ground and
+    Cloth has no thickness to be squeezed. Thicknesses of fixed thickness would fill what is left under the cover, and ground and
     cover, both rigid, would drive the cloth between them to and fro in each step anew: a force that grows as steps shrink.
     """
-    return min(sheet.edge, course.next_cover - sheet.ground) if sheet.cover == 1 else sheet.edge
+    return min(sheet.edge, step.next_cover - sheet.ground) if sheet.cover == 1 else sheet.edge
 
 
 @kernel
@@ -35,7 +35,7 @@ def may_pass(nodes, contact, edges, node, corners, length):
 
 
 @kernel
-def part_pair(nodes, mass, blows, course, sheet, now, node, corners, weights, slowing, nx, ny, nz):
+def separate_pair(nodes, mass, impulses, step, sheet, now, node, corners, weights, slowing, nx, ny, nz):
     """Take so much (m/s) from the speed at which a pair closes along the normal. Returns 1, or 0 where none gives way.
 
     The impulse p, times the sum of the weights on the node and -weight on each corner, is that of 1/m = sum weight^2/m_i, with
@@ -50,7 +50,7 @@ def part_pair(nodes, mass, blows, course, sheet, now, node, corners, weights, sl
     for other, share in ((node, own), (a, -w0), (b, -w1), (c, -w2), (d, -w3)):
         if share != 0.0:
             side = 1.0 if share > 0.0 else -1.0
-            freedom = freedom_of(nodes, course, sheet, other, side * nx, side * ny, side * nz)
+            freedom = freedom_of(nodes, step, sheet, other, side * nx, side * ny, side * nz)
             give += share * share * freedom * inverse_mass(mass, sheet, other)
     if give * mass[1] < LEAST_GIVE:
         return 0
@@ -58,7 +58,7 @@ def part_pair(nodes, mass, blows, course, sheet, now, node, corners, weights, sl
     px, py, pz = p * nx, p * ny, p * nz
     for other, share in ((node, own), (a, -w0), (b, -w1), (c, -w2), (d, -w3)):
         if share != 0.0:
-            push_node(nodes, mass, blows, course, sheet, now, other, share * px, share * py, share * pz)
+            push_node(nodes, mass, impulses, step, sheet, now, other, share * px, share * py, share * pz)
     return 1
 
 
@@ -70,7 +70,7 @@ def inverse_mass(mass, sheet, node):
 
 
 @kernel
-def merge_nodes(nodes, mass, blows, course, sheet, now, node, corners):
+def rigidify(nodes, mass, impulses, step, sheet, now, node, corners):
     """Give all nodes of a pair one velocity, at which they neither near nor part.
 
     That of their common centre of mass; of the cover or of the ground where these hold one of them, so that all stay there.
@@ -83,11 +83,11 @@ def merge_nodes(nodes, mass, blows, course, sheet, now, node, corners):
         last = other
         all_mass, pu, pv, pw = all_mass + m, pu + m * nodes.u[other], pv + m * nodes.v[other], pw + m * nodes.w[other]
         resting = resting or nodes.z[other] <= sheet.ground
-        pressed = pressed or is_pressed(nodes, course, sheet, other)
+        pressed = pressed or is_pressed(nodes, step, sheet, other)
         if inverse_mass(mass, sheet, other) == 0.0:
             held = other
     u, v, w = pu / all_mass, pv / all_mass, pw / all_mass
-    speed = (course.next_cover - course.cover) / course.length
+    speed = (step.next_cover - step.cover) / step.length
     if held >= 0:
         u, v, w = 0.0, 0.0, nodes.w[held]
     elif pressed:
@@ -99,27 +99,27 @@ def merge_nodes(nodes, mass, blows, course, sheet, now, node, corners):
         if inverse_mass(mass, sheet, other) > 0.0:
             m = mass[other // sheet.stride]
             pu, pv, pw = m * (u - nodes.u[other]), m * (v - nodes.v[other]), m * (w - nodes.w[other])
-            push_node(nodes, mass, blows, course, sheet, now, other, pu, pv, pw)
+            push_node(nodes, mass, impulses, step, sheet, now, other, pu, pv, pw)
             given += pw
     if pressed or held // sheet.stride == sheet.rows:
-        blows.impulse[0] -= given
+        impulses.impulse[0] -= given
     elif resting or held >= 0:
-        blows.impulse[1] += given
+        impulses.impulse[1] += given
 
 
 @kernel
-def freedom_of(nodes, course, sheet, node, nx, ny, nz):
+def freedom_of(nodes, step, sheet, node, nx, ny, nz):
     """Return the part of its 1/m with which a node gives way to a push along a unit vector: less where that is against a wall.
 
     A push against ground, cover, the cargo's side or the axis changes only the velocity along it.
     """
-    x, y, z = nodes.x[node], nodes.y[node], nodes.z[node] - course.next_cover
+    x, y, z = nodes.x[node], nodes.y[node], nodes.z[node] - step.next_cover
     against = 0.0
     if nodes.z[node] <= sheet.ground:
         against = nz
-    elif on_cover(course, sheet, x, y, z):
+    elif on_cover(step, sheet, x, y, z):
         against = nz if z > 0.0 else -nz
-    elif beside_cargo(course, sheet, x, y, z):
+    elif beside_cargo(step, sheet, x, y, z):
         against = nz if z > sheet.cargo_height else (x * nx + y * ny) / sheet.cargo_radius
     elif sheet.axis == 1 and x <= (1.0 + BESIDE) * GAP:
         against = nx
@@ -127,72 +127,72 @@ def freedom_of(nodes, course, sheet, node, nx, ny, nz):
 
 
 @kernel
-def on_cover(course, sheet, x, y, z):
+def on_cover(step, sheet, x, y, z):
     """Return whether a node at x, y, and z above the cover (m) lies on it."""
-    return sheet.cover == 1 and abs(z) <= (1.0 + BESIDE) * course.gap and x * x + y * y < sheet.cover_radius**2
+    return sheet.cover == 1 and abs(z) <= (1.0 + BESIDE) * step.gap and x * x + y * y < sheet.cover_radius**2
 
 
 @kernel
-def beside_cargo(course, sheet, x, y, z):
+def beside_cargo(step, sheet, x, y, z):
     """Return whether a node at x, y, and z above the cover (m) lies at the cargo's side, or on it."""
     beside = x * x + y * y <= ((1.0 + BESIDE) * sheet.cargo_radius) ** 2
-    return sheet.cargo == 1 and beside and 0.0 < z <= sheet.cargo_height + course.gap
+    return sheet.cargo == 1 and beside and 0.0 < z <= sheet.cargo_height + step.gap
 
 
 @kernel
-def is_pressed(nodes, course, sheet, node):
+def is_pressed(nodes, step, sheet, node):
     """Return whether a node lies on the cover, or on the cargo or at its side."""
-    x, y, z = nodes.x[node], nodes.y[node], nodes.z[node] - course.next_cover
-    return on_cover(course, sheet, x, y, z) or beside_cargo(course, sheet, x, y, z)
+    x, y, z = nodes.x[node], nodes.y[node], nodes.z[node] - step.next_cover
+    return on_cover(step, sheet, x, y, z) or beside_cargo(step, sheet, x, y, z)
 
 
 @kernel
-def push_node(nodes, mass, blows, course, sheet, now, node, pu, pv, pw):
+def push_node(nodes, mass, impulses, step, sheet, now, node, pu, pv, pw):
     """Give a node an impulse (N s) in pass `now`; cover, cargo, axis and ground have the last word on where it goes.
 
-    What a held row takes goes to blows.impulse: on the cargo, of the ground on the fabric.
+    What a held row takes goes to impulses.impulse: on the cargo, of the ground on the fabric.
     """
     row, column = node // sheet.stride, node % sheet.stride - sheet.first
     if sheet.columns > 1 and column == sheet.columns:
         node, column = node - sheet.columns, 0  # of which it is the copy
     if row == 0:
-        blows.impulse[1] -= pw
+        impulses.impulse[1] -= pw
     elif row == sheet.rows:
-        blows.impulse[0] += pw
+        impulses.impulse[0] += pw
     else:
         m = mass[row]
         slot = row if sheet.columns == 1 else column
-        blows.stamp[node] = now
-        jolt(nodes, blows, node, slot, m, course.length, pu / m, pv / m, pw / m)
+        impulses.stamp[node] = now
+        add_velocity_jump(nodes, impulses, node, slot, m, step.length, pu / m, pv / m, pw / m)
         low = nodes.z[node] < sheet.ground or (sheet.axis == 1 and nodes.x[node] < GAP)
-        high = max(nodes.z[node] - course.next_cover, nodes.z[node] - course.length * nodes.w[node] - course.cover) > -course.gap
+        high = max(nodes.z[node] - step.next_cover, nodes.z[node] - step.length * nodes.w[node] - step.cover) > -step.gap
         if low or high:
-            hold_node(nodes, blows, course, sheet, node, slot, m)
+            hold_node(nodes, impulses, step, sheet, node, slot, m)
         if sheet.columns > 1 and column == 0:
-            blows.stamp[node + sheet.columns] = now
+            impulses.stamp[node + sheet.columns] = now
             copy_node(nodes, node, node + sheet.columns)
         if sheet.columns > 1 and column == sheet.columns - 1:
             copy_node(nodes, node, node - sheet.columns)
 
 
 @kernel
-def hold_node(nodes, blows, course, sheet, node, slot, mass):
-    """Put a node where cover, cargo, axis and ground leave it. Writes nodes, blows."""
-    length = course.length
-    x, y, z = nodes.x[node], nodes.y[node], nodes.z[node] - course.next_cover
+def hold_node(nodes, impulses, step, sheet, node, slot, mass):
+    """Put a node where cover, cargo, axis and ground leave it. Writes nodes, impulses."""
+    length = step.length
+    x, y, z = nodes.x[node], nodes.y[node], nodes.z[node] - step.next_cover
     old_x, old_y = x - length * nodes.u[node], y - length * nodes.v[node]
-    old_z = nodes.z[node] - length * nodes.w[node] - course.cover
-    new_x, new_y, new_z = allowed_place(sheet, course.gap, old_x, old_y, old_z, x, y, z)
+    old_z = nodes.z[node] - length * nodes.w[node] - step.cover
+    new_x, new_y, new_z = allowed_place(sheet, step.gap, old_x, old_y, old_z, x, y, z)
     if new_x != x or new_y != y or new_z != z:
         rise = (new_z - z) / length
-        jolt(nodes, blows, node, slot, mass, length, (new_x - x) / length, (new_y - y) / length, rise)
-        blows.impulse[0] -= mass * rise
+        add_velocity_jump(nodes, impulses, node, slot, mass, length, (new_x - x) / length, (new_y - y) / length, rise)
+        impulses.impulse[0] -= mass * rise
     if sheet.axis == 1 and nodes.x[node] < GAP:
-        jolt(nodes, blows, node, slot, mass, length, (GAP - nodes.x[node]) / length, 0.0, 0.0)
+        add_velocity_jump(nodes, impulses, node, slot, mass, length, (GAP - nodes.x[node]) / length, 0.0, 0.0)
     if nodes.z[node] < sheet.ground:
         rise = (sheet.ground - nodes.z[node]) / length
-        jolt(nodes, blows, node, slot, mass, length, 0.0, 0.0, rise)
-        blows.impulse[1] += mass * rise
+        add_velocity_jump(nodes, impulses, node, slot, mass, length, 0.0, 0.0, rise)
+        impulses.impulse[1] += mass * rise
 
 
 @kernel

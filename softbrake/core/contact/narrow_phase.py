@@ -325,7 +325,7 @@ def closing_along(nodes, node, corners, weights, nx, ny, nz):
 
 
 @kernel
-def meet(nodes, edges, node, corners, breadth, length, gap):
+def detect_collision(nodes, edges, node, corners, breadth, length, gap):
     """Return how a pair meets in the step to n+1: distance (m) there, how, slowing (m/s), normal, weights.
 
     What is a gap apart at n stays so, what is nearer comes no nearer, what is on one side stays there. slowing

@@ -10,8 +10,8 @@ from numba import uint64
 
 from softbrake.core.arrays import Scheme
 from softbrake.core.columns import History
-from softbrake.core.contact.belt_contact import may_fold, part_lobes
-from softbrake.core.contact.self_contact import folds_due, part_shell
+from softbrake.core.contact.belt_contact import may_fold, resolve_belt_contact
+from softbrake.core.contact.self_contact import resolve_self_contact, self_contact_due
 from softbrake.core.jit import kernel
 from softbrake.core.lanes import FIRST, ONE, close_edges, close_vectors, lanes
 from softbrake.core.loop.ledger import add_belt_work, add_cell_work, add_edge_work, add_shear_work
@@ -25,10 +25,10 @@ from softbrake.core.pressure import update_damped_pressure
 
 
 @kernel
-def begin_parting(model, state, parting):
-    """Return whether lobes or folds may meet in the step, and if so keep the velocities at n-1/2. Writes parting.before."""
-    nodes, before = state.nodes, parting.before
-    if not folds_due(state.folds) and not may_fold(nodes, model.lobes, uint64(model.stride), model.n2):
+def begin_contact(model, state, before_contact):
+    """Return whether lobes or folds may meet in the step; if so keep the velocities at n-1/2. Writes before_contact.before."""
+    nodes, before = state.nodes, before_contact.before
+    if not self_contact_due(state.self_contact) and not may_fold(nodes, model.belt_contact, uint64(model.stride), model.n2):
         return False
     for a in range(uint64(nodes.u.size)):
         before.u[a] = nodes.u[a]
@@ -38,21 +38,21 @@ def begin_parting(model, state, parting):
 
 
 @kernel
-def part_cloth(model, nodes, work, by_column, parting, folds, course, touching):
+def resolve_contact(model, nodes, work, by_column, before_contact, self_contact, step, touching):
     """Part lobes and folds after all rows are pushed, and keep the velocities at n+1/2 before.
 
-    Reads model, course; touching: whether cover and cargo are in the way. Writes nodes, work.contact; by_column.kinetic,
-    on_cargo, impulse; parting.free, impulse; folds.
+    Reads model, step; touching: whether cover and cargo are in the way. Writes nodes, work.contact; by_column.kinetic,
+    on_cargo, impulse; before_contact.free, impulse; self_contact.
     """
-    free, impulse = parting.free, parting.impulse
+    free, impulse = before_contact.free, before_contact.impulse
     for a in range(uint64(nodes.u.size)):
         free.x[a] = nodes.u[a]
         free.y[a] = nodes.v[a]
         free.z[a] = nodes.w[a]
     impulse[0] = 0.0
     impulse[1] = 0.0
-    part_lobes(model, nodes, work, by_column, parting, course, touching)  # (2.5)
-    part_shell(model, nodes, work, by_column, impulse, folds, course, touching)
+    resolve_belt_contact(model, nodes, work, by_column, before_contact, step, touching)  # (2.5)
+    resolve_self_contact(model, nodes, work, by_column, impulse, self_contact, step, touching)
     by_column.on_cargo[0] += impulse[0]
     by_column.impulse[0] += impulse[1]
 
@@ -116,21 +116,28 @@ def works_of(work, j):
 
 
 @kernel
-def add_jump_work(model, state, sweep, dt, length):
+def add_contact_work_of_shell(model, state, workspace, dt, length):
     """Add what the parting of lobes and folds changed of the works of the step, after all rows are pushed.
 
-    dt: from n-1/2 to n+1/2; length: from n to n+1 (s). Reads state.nodes at n+1, now[PRESSURE] of n, sweep.parting. Writes
-    state.work; scratch in sweep, which it goes through as sweep_rows does.
+    dt: from n-1/2 to n+1/2; length: from n to n+1 (s). Reads state.nodes at n+1, now[PRESSURE] of n, workspace.parting. Writes
+    state.work; scratch in workspace, which it goes through as sweep_rows does.
     """
     n1, n2, stride, fabric, belts = model.n1, model.n2, uint64(model.stride), model.fabric, model.belts
     nodes, work, on_chords = state.nodes, state.work, state.now[History.PRESSURE] * model.hoop.gas
-    before, free = sweep.parting.before, sweep.parting.free
+    before, free = workspace.before_contact.before, workspace.before_contact.free
     first, last = find_jumps(nodes, free, n1, stride, n2)
     if first > last:
         return
-    g, h, belt, cells, mean, on_nodes = sweep.generatrix, sweep.hoop, sweep.belt, sweep.cells, sweep.mean, sweep.pressure
-    tension_1, tension_2 = sweep.tension_1, sweep.tension_2
-    edge_scheme, shear, sums = model.scheme == Scheme.EDGE, fabric.g12 > 0.0, sweep.force.x
+    g, h, belt, cells, mean, on_nodes = (
+        workspace.generatrix,
+        workspace.hoop,
+        workspace.belt,
+        workspace.cells,
+        workspace.mean,
+        workspace.pressure,
+    )
+    tension_1, tension_2 = workspace.tension_1, workspace.tension_2
+    edge_scheme, shear, sums = model.scheme == Scheme.EDGE, fabric.g12 > 0.0, workspace.force.x
     for j in range(lanes(n2)):
         sums[j] = works_of(work, j)
     for i in range(first - 1, last + 2):
@@ -165,10 +172,10 @@ def add_jump_work(model, state, sweep, dt, length):
             add_diagonal_tension(fabric, g, h, cells, tension_1, tension_2, row, hoop, hoop_above, row, n2, not edge_scheme)
         if first <= i <= last:
             halve_jumps(nodes, free, mean, node, row, n2)
-            update_area_vectors(g, h, sweep.area, row, below, hoop, hoop_above, hoop_below, n2)  # (2.7)
+            update_area_vectors(g, h, workspace.area, row, below, hoop, hoop_above, hoop_below, n2)  # (2.7)
             if model.pressure.damping > 0.0:
-                update_damped_pressure(model.pressure, on_chords, before, sweep.area, on_nodes, node, lanes(n2))  # (2.11)
-            add_node_work(sweep.area, on_nodes, mean, work, dt, model.gravity * model.mass[i], row, n2)
+                update_damped_pressure(model.pressure, on_chords, before, workspace.area, on_nodes, node, lanes(n2))  # (2.11)
+            add_node_work(workspace.area, on_nodes, mean, work, dt, model.gravity * model.mass[i], row, n2)
         if belted:
             add_belt_work(belt, h, mean, work.belts, work.viscous, row, hoop, dt, n2)
         if i >= first and edge_scheme:

@@ -10,15 +10,15 @@ from softbrake.core.membrane.tension import update_cell_tension, update_generatr
 
 
 @kernel
-def sample_fields(model, nodes, sweep, stretch_1, stretch_2, tension_1, tension_2):
+def sample_fields(model, nodes, workspace, stretch_1, stretch_2, tension_1, tension_2):
     """Write stretches and tensions (N/m) of the fabric at the nodes, means of what stands around them; each (n1+1, n2).
 
     A row on a cover takes the generatrix values of the edges next to it; its hoop edges are held and carry nothing.
-    Reads model, nodes (viscous tensions from the velocities at n-1/2). Writes scratch in sweep as a step does.
+    Reads model, nodes (viscous tensions from the velocities at n-1/2). Writes scratch in workspace as a step does.
     """
     n1, n2 = model.n1, model.n2
     stride = uint64(model.stride)
-    fabric, g, h, along, around = model.fabric, sweep.generatrix, sweep.hoop, sweep.tension_1, sweep.tension_2
+    fabric, g, h, along, around = model.fabric, workspace.generatrix, workspace.hoop, workspace.tension_1, workspace.tension_2
     edge_scheme = model.scheme == Scheme.EDGE
     update_edges(nodes, h, FIRST - ONE, ONE, FIRST - ONE, n2 + 1, fabric.h2)
     for i in range(n1 + 1):
@@ -35,7 +35,7 @@ def sample_fields(model, nodes, sweep, stretch_1, stretch_2, tension_1, tension_
         if 0 < i < n1 and edge_scheme:
             update_hoop_tension(fabric, h, g, around, hoop, below, row, n2)
         if i < n1 and not edge_scheme:
-            update_cell_tension(fabric, g, h, sweep.cells, along, around, row, hoop, hoop_above, row, n2)
+            update_cell_tension(fabric, g, h, workspace.cells, along, around, row, hoop, hoop_above, row, n2)
         up = row if i < n1 else below
         down = below if i > 0 else row
         for j in range(n2):

@@ -12,11 +12,11 @@ from softbrake.core.lanes import FIRST, ONE, lanes, total
 
 
 @kernel
-def clear_sums(top_1, top_2, top_belt, by_column):
+def clear_sums(maximum_1, maximum_2, maximum_belt, by_column):
     """Forget the last step's largest tensions, kinetic energy and impulses."""
-    top_1.tension[:] = 0.0
-    top_2.tension[:] = 0.0
-    top_belt.tension[:] = 0.0
+    maximum_1.tension[:] = 0.0
+    maximum_2.tension[:] = 0.0
+    maximum_belt.tension[:] = 0.0
     by_column.kinetic[:] = 0.0
     by_column.impulse[:] = 0.0
     by_column.on_ground[:] = 0.0
@@ -24,7 +24,7 @@ def clear_sums(top_1, top_2, top_belt, by_column):
 
 
 @kernel
-def book_top(now, peaks, top, columns, column, which):
+def record_maximum(now, peaks, top, columns, column, which):
     """Write the largest tension of the step (N/m) to a column of now, and raise its peak."""
     largest = 0
     for j in range(columns):
@@ -35,16 +35,16 @@ def book_top(now, peaks, top, columns, column, which):
 
 
 @kernel
-def book_forces(now, peaks, top_1, top_2, top_belt, by_column, columns, dt, whole):
+def record_forces(now, peaks, maximum_1, maximum_2, maximum_belt, by_column, columns, dt, whole):
     """Write the largest tensions of the step and the ground's impulse on the fabric to now, and raise the peaks."""
-    book_top(now, peaks, top_1, columns, History.TENSION_GENERATRIX, Peak.TENSION_GENERATRIX)
-    book_top(now, peaks, top_2, columns, History.TENSION_HOOP, Peak.TENSION_HOOP)
-    book_top(now, peaks, top_belt, columns, History.TENSION_BELT, Peak.TENSION_BELT)
+    record_maximum(now, peaks, maximum_1, columns, History.TENSION_GENERATRIX, Peak.TENSION_GENERATRIX)
+    record_maximum(now, peaks, maximum_2, columns, History.TENSION_HOOP, Peak.TENSION_HOOP)
+    record_maximum(now, peaks, maximum_belt, columns, History.TENSION_BELT, Peak.TENSION_BELT)
     now[History.GROUND_FORCE] += whole * (total(by_column.impulse, columns) / dt)
 
 
 @kernel
-def book_energies(now, work, by_column, whole, columns):
+def record_energies(now, work, by_column, whole, columns):
     """Write kinetic energy and works of the whole shell at n+1/2 to now, for the row of time n+1."""
     now[History.KINETIC_ENERGY] = whole * total(by_column.kinetic, columns)
     now[History.WORK_PRESSURE] = whole * total(work.pressure, columns)
@@ -148,7 +148,7 @@ def add_cargo_work(work, by_column, gas, weight, mass, between, after, dt):
 
 
 @kernel
-def update_top(tension, top, row, columns):
+def update_maximum(tension, top, row, columns):
     """Update the largest tension of the step by column, and the row where it stands, by the tension of a row."""
     largest, where = top.tension, top.row
     for j in range(lanes(columns)):
@@ -158,7 +158,7 @@ def update_top(tension, top, row, columns):
 
 
 @kernel
-def record(history, row, now):
+def record_history(history, row, now):
     """Write now to a row of the history."""
     for column in range(now.size):
         history[row, column] = now[column]

@@ -13,16 +13,16 @@ from numba import uint64
 from softbrake.core.arrays import Law, Outcome, Peak
 from softbrake.core.cargo import push_cargo
 from softbrake.core.columns import History
-from softbrake.core.contact.belt_contact import part_meridian_lobes
-from softbrake.core.contact.self_contact import cramped, part_meridian, watch_meridian, window_of
+from softbrake.core.contact.belt_contact import resolve_belt_contact_of_meridian
+from softbrake.core.contact.self_contact import overflown, resolve_self_contact_of_meridian, watch_meridian, window_of
 from softbrake.core.jit import kernel
 from softbrake.core.lanes import FIRST, ONE, lanes
-from softbrake.core.loop.ledger import raise_peak, record
+from softbrake.core.loop.ledger import raise_peak, record_history
 from softbrake.core.loop.push import lying_area
 from softbrake.core.loop.step_size import along, joined, largest, rate_of
 from softbrake.core.loop.time_loop import begin_step, choose_step, end_step, ran_away
 from softbrake.core.membrane.edges import SMALLEST_SQUARE
-from softbrake.core.obstacles import GAP, allowed_place, foresee, shift, slowed
+from softbrake.core.obstacles import GAP, allowed_place, change_velocity, foresee, slowed
 from softbrake.core.pressure import pressure_at, update_damped_pressure
 
 
@@ -64,12 +64,12 @@ def sweep_meridian(model, state, meridian, dt, length):
         impulse = press_meridian(nodes, meridian, contact, step, mass, n1)
     meridian.impulse[0] = 0.0
     meridian.impulse[1] = 0.0
-    moved |= part_meridian_lobes(model, nodes, meridian, step)  # (2.5)
-    moved |= part_meridian(model, nodes, meridian, state.folds, step)
+    moved |= resolve_belt_contact_of_meridian(model, nodes, meridian, step)  # (2.5)
+    moved |= resolve_self_contact_of_meridian(model, nodes, meridian, state.self_contact, step)
     impulse += meridian.impulse[0]
-    lift = meridian.impulse[1]
+    ground_impulse = meridian.impulse[1]
     if moved != 0:
-        add_contact_work(nodes, meridian, work, step, n1)
+        add_contact_work_of_meridian(nodes, meridian, work, step, n1)
 
     below = uint64(n1 - 1)
     pull, elastic = meridian.force[below] * meridian.z[below], meridian.elastic[below] * meridian.z[below]
@@ -87,7 +87,7 @@ def sweep_meridian(model, state, meridian, dt, length):
     work.gravity[top] -= dt * model.gravity * moving * mean
     work.contact[top] += impulse * mean
     on_ground = gas_on_cover - meridian.pressure[0] * meridian.area.z[FIRST] - meridian.force[0] * meridian.z[0]
-    now[History.GROUND_FORCE] = columns * (on_ground + mass[0] * model.gravity + lift / dt)
+    now[History.GROUND_FORCE] = columns * (on_ground + mass[0] * model.gravity + ground_impulse / dt)
     now[History.GROUND_AREA] = columns * model.cover_area
     return height, raise_peaks(now, state.peaks, meridian, n1)
 
@@ -229,7 +229,7 @@ def push_meridian(nodes, meridian, work, contact, step, n1):
         new_w = max(falling, (ground - z[i]) * per_length)
         mean_u = 0.5 * (u[i] + new_u)
         mean_w = 0.5 * (w[i] + new_w) if free else 0.0
-        meridian.lift[i] = mass * (new_w - falling)
+        meridian.ground_impulse[i] = mass * (new_w - falling)
         add_works(meridian, work, step, i, mean_u, mean_w)
         meridian.mean_u[i] = mean_u
         meridian.mean_w[i] = mean_w
@@ -270,7 +270,7 @@ def add_works(meridian, work, step, i, u, w):
     elastic, belt = elastic_x * u + elastic_z * w, -meridian.belt_elastic[i] * u
     work.pressure[i] += step.dt * (gas_x * u + gas_z * w)
     work.gravity[i] -= step.dt * step.gravity * (meridian.mass[i] * w)
-    work.ground[i] += meridian.lift[i] * w
+    work.ground[i] += meridian.ground_impulse[i] * w
     work.elastic[i] += step.dt * elastic
     work.belts[i] += step.dt * belt
     work.viscous[i] += step.dt * (pull_x * u + pull_z * w - elastic - belt)
@@ -280,8 +280,8 @@ def add_works(meridian, work, step, i, u, w):
 def rub_meridian(nodes, meridian, contact, mass, length, n1):
     """Slow what the ground stopped in the push, by Coulomb's law. Writes nodes."""
     for i in range(ONE, uint64(n1)):
-        lost = slowed(nodes.u[i], 0.0, contact.friction * meridian.lift[i] / mass[i]) - 1.0
-        shift(nodes, i, length, lost * nodes.u[i], 0.0, 0.0)
+        lost = slowed(nodes.u[i], 0.0, contact.friction * meridian.ground_impulse[i] / mass[i]) - 1.0
+        change_velocity(nodes, i, length, lost * nodes.u[i], 0.0, 0.0)
 
 
 @kernel
@@ -309,12 +309,12 @@ def press_meridian(nodes, meridian, contact, step, mass, n1):
         if contact.friction > 0.0 and abs(new_z) == step.gap:  # on the cover
             jump_u = slowed(u[i] + jump_u, 0.0, contact.friction * abs(jump_w)) * (u[i] + jump_u) - u[i]
         impulse -= mass[i] * jump_w
-        shift(nodes, i, length, jump_u, 0.0, jump_w)
+        change_velocity(nodes, i, length, jump_u, 0.0, jump_w)
     return impulse
 
 
 @kernel
-def add_contact_work(nodes, meridian, work, step, n1):
+def add_contact_work_of_meridian(nodes, meridian, work, step, n1):
     """Add the work of what changed the pushed velocities (free_u, free_w), and what the other forces work by it.
 
     The change belongs to the step: half of it is in the means of the velocities. Writes work.
@@ -350,26 +350,26 @@ def raise_peaks(now, peaks, meridian, n1):
 
 
 @kernel
-def raise_peak_of(peaks, which, tension, count, time, shift):
+def raise_peak_of(peaks, which, tension, count, time, change_velocity):
     """Keep the largest of some tensions (N/m), the first of equal ones, with its time (s) and row, shift above its index."""
     for i in range(count):
-        raise_peak(peaks, which, tension[i], time, i + shift)
+        raise_peak(peaks, which, tension[i], time, i + change_velocity)
 
 
 @kernel
-def book_forces(now, meridian, gravity, columns, dt, n1):
+def record_forces(now, meridian, gravity, columns, dt, n1):
     """Write the largest tensions of the step to now, and add the ground's impulse on the fabric and its area there."""
-    largest_1, largest_2, largest_belt, lift, area = 0.0, 0.0, 0.0, 0.0, -min(meridian.area.z[FIRST], 0.0)
+    largest_1, largest_2, largest_belt, ground_impulse, area = 0.0, 0.0, 0.0, 0.0, -min(meridian.area.z[FIRST], 0.0)
     for i in range(uint64(n1)):
         largest_1 = max(largest_1, meridian.tension_1[i])
         largest_2 = max(largest_2, meridian.tension_2[i])
-        lift += meridian.lift[i]
+        ground_impulse += meridian.ground_impulse[i]
         lying = -min(meridian.area.z[FIRST + i], 0.0)
-        area += lying_area(lying, meridian.pressure[i], gravity * meridian.mass[i], meridian.lift[i] / dt)
+        area += lying_area(lying, meridian.pressure[i], gravity * meridian.mass[i], meridian.ground_impulse[i] / dt)
     for k in range(meridian.belt_rows.size):
         row = uint64(meridian.belt_rows[k])
         largest_belt = max(largest_belt, meridian.belt_force[row] / meridian.belts.width[row])
-    now[History.GROUND_FORCE] += columns * (lift / dt)
+    now[History.GROUND_FORCE] += columns * (ground_impulse / dt)
     now[History.GROUND_AREA] += columns * area
     now[History.TENSION_GENERATRIX] = largest_1
     now[History.TENSION_HOOP] = largest_2
@@ -377,7 +377,7 @@ def book_forces(now, meridian, gravity, columns, dt, n1):
 
 
 @kernel
-def book_energies(model, nodes, work, now):
+def record_energies(model, nodes, work, now):
     """Write kinetic energy and works of all columns at n+1/2 to now, for the row of time n+1."""
     n1, columns, mass, top = model.n1, model.hoop.whole, model.mass, uint64(model.n1)
     kinetic = 0.5 * (model.cargo_mass + mass[top]) * nodes.w[top] * nodes.w[top]
@@ -450,27 +450,27 @@ def advance_meridian(model, state, meridian, history, interval, most, until):
         chosen = state.steps[0] >= state.choice[0]
         if chosen:
             choose_step(state, stable_step_of_meridian(model, state.nodes, meridian))  # (3.3)
-            longest = watch_meridian(state.nodes, state.folds, n1, model.fabric.h1, window_of(model, state))
+            longest = watch_meridian(state.nodes, state.self_contact, n1, model.fabric.h1, window_of(model, state))
             state.stable_step[0] = min(state.stable_step[0], longest / model.courant)
         length, dt = begin_step(model, state)
         height, raised = sweep_meridian(model, state, meridian, dt, length)
         if recorded:
-            book_forces(now, meridian, model.gravity, columns, dt, n1)
-            record(history, rows, now)
+            record_forces(now, meridian, model.gravity, columns, dt, n1)
+            record_history(history, rows, now)
             rows += 1
         if chosen or raised != 0 or (state.steps[0] + 1) % interval == 0:
-            book_energies(model, state.nodes, state.work, now)
+            record_energies(model, state.nodes, state.work, now)
         outcome = end_step(model, state, length, height)
         done += 1
-        if cramped(state.folds):
+        if overflown(state.self_contact):
             break
     if done > 0:
         if not recorded:
-            book_forces(now, meridian, model.gravity, columns, dt, n1)
-        book_energies(model, state.nodes, state.work, now)
+            record_forces(now, meridian, model.gravity, columns, dt, n1)
+        record_energies(model, state.nodes, state.work, now)
     if outcome != Outcome.RUNNING:
         if ran_away(model, state):
             outcome = Outcome.DIVERGED
-        record(history, rows, now)
+        record_history(history, rows, now)
         rows += 1
     return rows, outcome

@@ -4,7 +4,7 @@ from softbrake.core.arrays import Outcome
 from softbrake.core.cargo import push_cargo
 from softbrake.core.columns import History
 from softbrake.core.jit import kernel
-from softbrake.core.loop.ledger import record
+from softbrake.core.loop.ledger import record_history
 from softbrake.core.loop.time_loop import begin_step, end_step
 from softbrake.core.obstacles import foresee
 from softbrake.core.pressure import pressure_at
@@ -30,7 +30,7 @@ def advance_lumped(model, state, _, history, interval, most, until):
         now[History.GROUND_AREA] = area
         velocity, height = push_cargo(now, old, step, mass)  # (2.4)
         if state.steps[0] % interval == 0:
-            record(history, rows, now)
+            record_history(history, rows, now)
             rows += 1
         mean = 0.5 * (old + velocity)
         now[History.KINETIC_ENERGY] = 0.5 * mass * velocity * velocity
@@ -42,6 +42,6 @@ def advance_lumped(model, state, _, history, interval, most, until):
         nodes.z[i] = now[History.HEIGHT] * i / model.n1
         nodes.w[i] = velocity * i / model.n1
     if outcome != Outcome.RUNNING:
-        record(history, rows, now)
+        record_history(history, rows, now)
         rows += 1
     return rows, outcome

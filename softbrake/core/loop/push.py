@@ -31,7 +31,7 @@ def push_row(nodes, force, area, pressure, mean, work, by_column, contact, step,
         work.pressure[j] += dt * (gas_x * mean_u + gas_y * mean_v + gas_z * mean_w)
         work.gravity[j] -= dt * weight * mean_w
         by_column.kinetic[j] += 0.5 * mass * (u * u + v * v + w * w)
-        by_column.lift[j] = 0.0
+        by_column.ground_impulse[j] = 0.0
         mean.x[c] = mean_u
         mean.y[c] = mean_v
         mean.z[c] = mean_w
@@ -60,7 +60,7 @@ def any_below(z, ground, node, columns):
 def land_row(nodes, area, pressure, mean, work, by_column, ground, step, mass, node, row, columns):
     """Stop a row of pushed nodes at the ground (m): where z^{n+1} would be below it, its impulse leaves it there. Eq. (3.4).
 
-    Reads and writes as push_row, at offsets node, row; by_column.lift (N s).
+    Reads and writes as push_row, at offsets node, row; by_column.ground_impulse (N s).
     """
     dt, per_length, weight = step.dt, 1.0 / step.length, step.gravity * mass
     for j in range(lanes(columns)):
@@ -74,7 +74,7 @@ def land_row(nodes, area, pressure, mean, work, by_column, ground, step, mass, n
         work.gravity[j] -= dt * weight * half
         work.ground[j] += mass * rise * mean.z[c]
         by_column.kinetic[j] += mass * rise * (nodes.w[a] + half)
-        by_column.lift[j] = mass * rise
+        by_column.ground_impulse[j] = mass * rise
         by_column.impulse[j] += mass * rise
         by_column.on_ground[j] += lying_area(-min(area_z, 0.0), pressure[j], weight, mass * rise / dt)
         nodes.w[a] += rise

@@ -5,21 +5,21 @@ from numba import uint64
 from softbrake.core.arrays import Outcome, Scheme
 from softbrake.core.cargo import push_cargo, vertical_forces
 from softbrake.core.columns import History
-from softbrake.core.contact.self_contact import cramped, watch_shell, window_of
+from softbrake.core.contact.self_contact import overflown, watch_shell, window_of
 from softbrake.core.jit import kernel
 from softbrake.core.lanes import FIRST, ONE, clear_row, close_edges, lanes, take_row, total
-from softbrake.core.loop.contact_work import add_jump_work, begin_parting, part_cloth
+from softbrake.core.loop.contact_work import add_contact_work_of_shell, begin_contact, resolve_contact
 from softbrake.core.loop.ledger import (
     add_belt_work,
     add_cargo_work,
     add_cell_work,
     add_edge_work,
     add_shear_work,
-    book_energies,
-    book_forces,
     clear_sums,
-    record,
-    update_top,
+    record_energies,
+    record_forces,
+    record_history,
+    update_maximum,
 )
 from softbrake.core.loop.push import hold_row, lift_row, push_row
 from softbrake.core.loop.step_size import stable_step
@@ -34,10 +34,10 @@ from softbrake.core.pressure import pressure_at, update_damped_pressure
 
 
 @kernel
-def sweep_rows(model, state, sweep, parting):
+def sweep_rows(model, state, workspace, folding):
     """Advance fabric and cargo by one step, row by row from the ground up. Returns the cover's new height (m).
 
-    parting: whether lobes or folds may meet.
+    folding: whether lobes or folds may meet.
 
     Row i needs its cells above and below, so the sweep keeps two rows of cells and three of hoop edges. Rows are pushed in
     place as soon as their forces are whole: their old places live on in the edges.
@@ -45,11 +45,24 @@ def sweep_rows(model, state, sweep, parting):
     n1, n2 = model.n1, model.n2
     stride = uint64(model.stride)
     fabric, belts, mass, belt_width = model.fabric, model.belts, model.mass, model.belts.width
-    nodes, now, peaks, folds = state.nodes, state.now, state.peaks, state.folds
-    g, h, belt, cells, mean, on_nodes = sweep.generatrix, sweep.hoop, sweep.belt, sweep.cells, sweep.mean, sweep.pressure
-    force, force_above, area = sweep.force, sweep.force_above, sweep.area
-    tension_1, tension_2 = sweep.tension_1, sweep.tension_2
-    work, by_column, top_1, top_2, top_belt = state.work, sweep.by_column, sweep.top_generatrix, sweep.top_hoop, sweep.top_belt
+    nodes, now, peaks, self_contact = state.nodes, state.now, state.peaks, state.self_contact
+    g, h, belt, cells, mean, on_nodes = (
+        workspace.generatrix,
+        workspace.hoop,
+        workspace.belt,
+        workspace.cells,
+        workspace.mean,
+        workspace.pressure,
+    )
+    force, force_above, area = workspace.force, workspace.force_above, workspace.area
+    tension_1, tension_2 = workspace.tension_1, workspace.tension_2
+    work, by_column, maximum_1, maximum_2, maximum_belt = (
+        state.work,
+        workspace.by_column,
+        workspace.maximum_generatrix,
+        workspace.maximum_hoop,
+        workspace.maximum_belt,
+    )
     heights, rising = nodes.z, nodes.w
     edge_scheme = model.scheme == Scheme.EDGE
     shear = fabric.g12 > 0.0
@@ -64,7 +77,7 @@ def sweep_rows(model, state, sweep, parting):
     on_nodes[:] = on_chords
     height, wrinkled, wrinkled_below = 0.0, False, False
     clear_row(force_above)
-    clear_sums(top_1, top_2, top_belt, by_column)
+    clear_sums(maximum_1, maximum_2, maximum_belt, by_column)
     update_edges(nodes, h, FIRST, ONE, FIRST, n2, fabric.h2)  # (2.6)
     close_edges(h, FIRST, n2)
     clear_edges(h, uint64(2) * stride + FIRST, n2)  # below the first row
@@ -91,14 +104,14 @@ def sweep_rows(model, state, sweep, parting):
 
         if belted:
             update_belt_tension(belts, i, h, g, belt, tension_2, hoop, below, row, n2)  # (2.3)
-            update_top(tension_2, top_belt, float(i), n2)
+            update_maximum(tension_2, maximum_belt, float(i), n2)
         if edge_scheme:
             if i < n1:
                 update_generatrix_tension(fabric, g, h, tension_1, row, hoop, hoop_above, n2)  # (2.9)
-                update_top(tension_1, top_1, i + 0.5, n2)
+                update_maximum(tension_1, maximum_1, i + 0.5, n2)
             if inside:
                 update_hoop_tension(fabric, h, g, tension_2, hoop, below, row, n2)
-                update_top(tension_2, top_2, float(i), n2)
+                update_maximum(tension_2, maximum_2, float(i), n2)
             else:
                 clear_forces(h, hoop, n2)
             update_edge_forces(g, h, force, row, below, hoop, n2)  # (2.8)
@@ -108,16 +121,16 @@ def sweep_rows(model, state, sweep, parting):
             take_row(force, force_above)
         if i < n1 and not edge_scheme:
             update_cell_tension(fabric, g, h, cells, tension_1, tension_2, row, hoop, hoop_above, row, n2)  # (2.9)
-            update_top(tension_1, top_1, i + 0.5, n2)
-            update_top(tension_2, top_2, i + 0.5, n2)
+            update_maximum(tension_1, maximum_1, i + 0.5, n2)
+            update_maximum(tension_2, maximum_2, i + 0.5, n2)
         wrinkled, wrinkled_below = False, wrinkled
         if i < n1 and shear:
             wrinkled = update_shear(fabric, g, h, cells, row, hoop, hoop_above, row, n2)
             add_shear_forces(g, h, cells, force, force_above, row, hoop, hoop_above, row, n2)  # (2.2)
         if wrinkled:
             add_diagonal_tension(fabric, g, h, cells, tension_1, tension_2, row, hoop, hoop_above, row, n2, not edge_scheme)
-            update_top(tension_1, top_1, i + 0.5, n2)
-            update_top(tension_2, top_2, i + 0.5, n2)
+            update_maximum(tension_1, maximum_1, i + 0.5, n2)
+            update_maximum(tension_2, maximum_2, i + 0.5, n2)
         if i < n1 and (wrinkled or not edge_scheme):
             add_cell_forces(g, h, cells, force, force_above, row, hoop, hoop_above, row, n2)  # (3.2)
         if belted:
@@ -138,8 +151,8 @@ def sweep_rows(model, state, sweep, parting):
             if touching and any_above(heights, rising, step, node, n2):
                 press_row(nodes, force, area, on_nodes, mean, work, by_column, contact, step, mass[i], node, row, n2)
         else:
-            if parting:
-                part_cloth(model, nodes, work, by_column, sweep.parting, folds, step, touching)  # (2.5)
+            if folding:
+                resolve_contact(model, nodes, work, by_column, workspace.before_contact, self_contact, step, touching)  # (2.5)
             tension, gas = vertical_forces(force, area, on_nodes, n2)
             impulse = total(by_column.on_cargo, n2)
             now[History.CONTACT_FORCE] = whole * (impulse / dt)
@@ -150,7 +163,7 @@ def sweep_rows(model, state, sweep, parting):
             lift_row(nodes, node, n2, velocity, height)
             add_cargo_work(work, by_column, gas_on_cover + gas, gravity * moving, moving, mean.z[row], velocity, dt)
             work.contact[0] += impulse * mean.z[row]
-            book_forces(now, peaks, top_1, top_2, top_belt, by_column, n2, dt, whole)
+            record_forces(now, peaks, maximum_1, maximum_2, maximum_belt, by_column, n2, dt, whole)
             now[History.GROUND_AREA] = whole * (model.cover_area + model.hoop.gas * total(by_column.on_ground, n2))
 
         if i > 0 and edge_scheme:
@@ -165,43 +178,43 @@ def sweep_rows(model, state, sweep, parting):
 
 
 @kernel
-def fold_step(model, state, by_column):
+def self_contact_step(model, state, by_column):
     """Return the longest step (s) for contact of folds, and look whether they may meet until the next choice of the step."""
     fabric, window = model.fabric, window_of(model, state)
     return watch_shell(
-        state.nodes, state.folds, by_column, model.n1, model.n2, model.stride, fabric.h1, fabric.h2, model.radius, window
+        state.nodes, state.self_contact, by_column, model.n1, model.n2, model.stride, fabric.h1, fabric.h2, model.radius, window
     )
 
 
 @kernel
-def advance(model, state, sweep, history, interval, most, until):
+def advance(model, state, workspace, history, interval, most, until):
     """Advance by steps until an event, the time until (s), most steps, or a full history. Returns its rows and the Outcome.
 
     Every interval-th step writes a row of state.now at its time n to history, shape (rows, len(History)), and an event one
     for its own time.
     """
-    now, work, by_column = state.now, state.work, sweep.by_column
+    now, work, by_column = state.now, state.work, workspace.by_column
     rows = 0
     done = 0
     while done < most and now[History.TIME] < until and rows + 1 < history.shape[0]:
         if state.steps[0] >= state.choice[0]:
-            choose_step(state, stable_step(model, state.nodes, sweep))  # (3.3)
-            state.stable_step[0] = min(state.stable_step[0], fold_step(model, state, by_column) / model.courant)
+            choose_step(state, stable_step(model, state.nodes, workspace))  # (3.3)
+            state.stable_step[0] = min(state.stable_step[0], self_contact_step(model, state, by_column) / model.courant)
         length, dt = begin_step(model, state)
-        parting = begin_parting(model, state, sweep.parting)
+        folding = begin_contact(model, state, workspace.before_contact)
         now[History.PRESSURE] = pressure_at(model.pressure, now[History.TIME])  # (2.10)
-        height = sweep_rows(model, state, sweep, parting)
-        if parting:
-            add_jump_work(model, state, sweep, dt, length)
+        height = sweep_rows(model, state, workspace, folding)
+        if folding:
+            add_contact_work_of_shell(model, state, workspace, dt, length)
         if state.steps[0] % interval == 0:
-            record(history, rows, now)
+            record_history(history, rows, now)
             rows += 1
-        book_energies(now, work, by_column, model.hoop.whole, model.n2)
+        record_energies(now, work, by_column, model.hoop.whole, model.n2)
         outcome = end_step(model, state, length, height)
         done += 1
         if outcome != Outcome.RUNNING:
-            record(history, rows, now)
+            record_history(history, rows, now)
             return rows + 1, outcome
-        if cramped(state.folds):
+        if overflown(state.self_contact):
             break
     return rows, Outcome.RUNNING

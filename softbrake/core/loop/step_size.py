@@ -21,13 +21,13 @@ SOON = 0.98  # stretch from which an edge may be taut before the next choice
 
 
 @kernel
-def stable_step(model, nodes, sweep):
+def stable_step(model, nodes, workspace):
     """Return the step (s) at Courant coefficient 1. Eq. (3.3), by the bound above.
 
-    Reads model, nodes. Writes sweep.by_row, scratch in generatrix, hoop, by_column.rate.
+    Reads model, nodes. Writes workspace.by_row, scratch in generatrix, hoop, by_column.rate.
     """
-    n1, n2, fabric, by_row = model.n1, model.n2, model.fabric, sweep.by_row
-    generatrix, hoop, skew = sweep.generatrix, sweep.hoop, sweep.by_column.rate
+    n1, n2, fabric, by_row = model.n1, model.n2, model.fabric, workspace.by_row
+    generatrix, hoop, skew = workspace.generatrix, workspace.hoop, workspace.by_column.rate
     stride = uint64(model.stride)
     by_row.e1[0] = longest(nodes, generatrix, FIRST, stride, FIRST, n2, fabric.h1)
     fastest = 0.0

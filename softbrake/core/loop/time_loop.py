@@ -11,7 +11,7 @@ from softbrake.core.pressure import pressure_at
 STEPS_PER_STEP_CHOICE = 16  # most; a choice costs a third of a step, 0.7 of one of the axisymmetric shell
 STEADY = 0.99  # a limit that has fallen to less of the last one is looked at more often
 LENGTHENED = 1.2  # a step becomes longer by no less
-FELT = 1.6e-4  # s, time constant of the low-pass before the peak deceleration: 1 kHz, as of channel class 600 of ISO 6487
+FILTER_TIME = 1.6e-4  # s, time constant of the low-pass before the peak deceleration: 1 kHz, as of channel class 600 of ISO 6487
 RUNAWAY = 4.0  # kinetic energy above this many times what start, gravity and pressure gave: it came from nowhere
 MADE = 0.25  # the same of what fabric, belts or viscosity gave beyond what they had
 
@@ -52,7 +52,7 @@ def end_step(model, state, length, height):
     """
     now = state.now
     before, velocity, acceleration = now[History.HEIGHT], now[History.VELOCITY], now[History.ACCELERATION]
-    feel(state, length, float(model.n1))
+    filter_deceleration(state, length, float(model.n1))
     within, outcome = event_time(before, velocity, acceleration, length)
     if outcome == Outcome.RUNNING and length == model.end - now[History.TIME]:
         outcome = Outcome.TIME_LIMIT
@@ -89,14 +89,14 @@ def begin_crushing(peaks, overshoot):
 @kernel
 def ran_away(model, state):
     """Return whether the kinetic energy of state.now is more than what was given or not a number, or a Source made of it."""
-    book_made(state)
+    record_made(state)
     given, made = energy_given(model, state), state.made
     most = max(made[Source.FABRIC], made[Source.BELTS], made[Source.VISCOSITY])
     return not (state.now[History.KINETIC_ENERGY] <= RUNAWAY * given and most <= MADE * given)
 
 
 @kernel
-def book_made(state):
+def record_made(state):
     """Raise state.made to what works of state.now exceed what was there: a potential gives back no more, viscosity nothing."""
     now, stored, made = state.now, state.stored, state.made
     made[Source.FABRIC] = max(made[Source.FABRIC], now[History.WORK_ELASTIC] - stored[0])
@@ -126,15 +126,19 @@ def event_time(height, velocity, acceleration, step):
 
 
 @kernel
-def feel(state, length, row):
-    """Raise the peak of the deceleration as the cargo feels it, behind a first-order low-pass of FELT.
+def filter_deceleration(state, length, row):
+    """Raise the peak of the deceleration as the cargo feels it, behind a first-order low-pass of FILTER_TIME.
 
     Cloth that meets the cover gives its momentum within one step, so that the force itself is as high as the step is short.
     """
-    now, felt = state.now, state.felt
+    now, filtered_deceleration = state.now, state.filtered_deceleration
     acceleration = now[History.ACCELERATION]
-    felt[0] = acceleration if state.steps[0] == 0 else felt[0] + (1.0 - exp(-length / FELT)) * (acceleration - felt[0])
-    raise_peak(state.peaks, Peak.DECELERATION, felt[0], now[History.TIME], row)
+    filtered_deceleration[0] = (
+        acceleration
+        if state.steps[0] == 0
+        else filtered_deceleration[0] + (1.0 - exp(-length / FILTER_TIME)) * (acceleration - filtered_deceleration[0])
+    )
+    raise_peak(state.peaks, Peak.DECELERATION, filtered_deceleration[0], now[History.TIME], row)
 
 
 @kernel

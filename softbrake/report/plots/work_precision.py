@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from softbrake.report.plots.style import BLUE, GREY, INK, ORANGE, RED, STYLE, load_matplotlib, save
-from softbrake.studies.work_precision import COURANTS, PAPER, UNITS, Chart, Run, model_in_words
+from softbrake.studies.work_precision import COURANTS, PAPER, UNITS, Run, WorkPrecision, model_in_words
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -26,13 +26,13 @@ MARKERS = dict(zip(COURANTS, ("o", "s", "^", "D"), strict=True))
 BAND = "#ececec"
 
 
-def draw_chart(found: Chart, picture: Path | str) -> None:
+def draw_work_precision(found: WorkPrecision, picture: Path | str) -> None:
     """Draw a chart to `picture`: .png, .svg or .pdf. Raises PlotError."""
-    save(chart_figure(found), picture)
+    save(work_precision_figure(found), picture)
 
 
-def chart_figure(found: Chart) -> Figure:
-    """The figure of `draw_chart`."""
+def work_precision_figure(found: WorkPrecision) -> Figure:
+    """The figure of `draw_work_precision`."""
     mpl = load_matplotlib()
     reference = found.reference
     assert reference is not None
@@ -56,7 +56,7 @@ def chart_figure(found: Chart) -> Figure:
     return figure
 
 
-def _limits(found: Chart, name: str) -> tuple[float, float]:
+def _limits(found: WorkPrecision, name: str) -> tuple[float, float]:
     """Limits of the axis of errors (%): what is below the reference's own error is drawn within half a decade of it."""
     assert found.reference is not None
     floor = found.reference.error(name)
@@ -65,14 +65,14 @@ def _limits(found: Chart, name: str) -> tuple[float, float]:
     return 100.0 * max(finite, 1e-9) / 3.0, 100.0 * 3.0 * max([*errors, 3.0 * finite, 1e-8])
 
 
-def _shown(found: Chart, run: Run, name: str) -> float:
+def _shown(found: WorkPrecision, run: Run, name: str) -> float:
     """Error (%) as drawn: not below the axis; at its top where the run failed."""
     bottom, top = _limits(found, name)
     error = found.error(run, name)
     return 0.7 * top if math.isinf(error) else max(100.0 * error, 1.2 * bottom)
 
 
-def _draw_work(axes: Axes, found: Chart, name: str, labelled: bool) -> None:
+def _draw_work(axes: Axes, found: WorkPrecision, name: str, labelled: bool) -> None:
     """Error against CPU time, a line a family."""
     assert found.reference is not None
     for key, family in found.families().items():
@@ -104,7 +104,7 @@ def _draw_work(axes: Axes, found: Chart, name: str, labelled: bool) -> None:
     axes.set(xscale="log", yscale="log", xlabel="CPU time of the kernels, s", ylabel="error, %")
 
 
-def _draw_order(axes: Axes, found: Chart, name: str) -> None:
+def _draw_order(axes: Axes, found: WorkPrecision, name: str) -> None:
     """Error against cell size, with the fitted order of the families of the largest step."""
     height = 1e3 * found.case.shell.height
     lines = [(key, family) for key, family in found.families().items() if key[0] != "lumped"]
@@ -121,7 +121,7 @@ def _draw_order(axes: Axes, found: Chart, name: str) -> None:
     axes.minorticks_off()
 
 
-def _draw_family(axes: Axes, found: Chart, family: Sequence[Run], name: str, places: Sequence[float]) -> None:
+def _draw_family(axes: Axes, found: WorkPrecision, family: Sequence[Run], name: str, places: Sequence[float]) -> None:
     """A line through the runs of a family; failures are crosses at the top, errors below the reference's own hollow."""
     assert found.reference is not None
     fidelity, scheme, courant = family[0].setting.family
@@ -143,7 +143,7 @@ def _draw_family(axes: Axes, found: Chart, family: Sequence[Run], name: str, pla
         )
 
 
-def _draw_floor(axes: Axes, found: Chart, name: str) -> None:
+def _draw_floor(axes: Axes, found: WorkPrecision, name: str) -> None:
     """The band below the reference's own error."""
     assert found.reference is not None
     bottom, top = _limits(found, name)
@@ -165,14 +165,14 @@ def _label(side: str = "left") -> dict[str, Any]:
     }
 
 
-def _known(found: Chart, name: str) -> str:
+def _known(found: WorkPrecision, name: str) -> str:
     """How well the reference is known."""
     assert found.reference is not None
     error = found.reference.error(name)
     return f"± {100.0 * error:.{2 if error < 0.1 else 3}g} %" if math.isfinite(error) else "± unknown"
 
 
-def _draw_rate(axes: Axes, found: Chart) -> None:
+def _draw_rate(axes: Axes, found: WorkPrecision) -> None:
     """CPU time of a node and step against the nodes that are computed."""
     for (fidelity, scheme, courant), family in found.families().items():
         if fidelity == "lumped":
@@ -187,7 +187,7 @@ def _draw_rate(axes: Axes, found: Chart) -> None:
     axes.yaxis.set_minor_formatter(lambda value, _: f"{value:g}" if f"{value:g}"[0] in "25" else "")
 
 
-def _draw_list(axes: Axes, found: Chart) -> None:
+def _draw_list(axes: Axes, found: WorkPrecision) -> None:
     """Legend, failures and what was left out."""
     text: list[str] = []
     axes.set_axis_off()

@@ -23,7 +23,7 @@ from softbrake.core.loop.step_size import stable_step
 from softbrake.core.loop.time_loop import LENGTHENED, choose_step
 from softbrake.report.plots.style import PlotError
 from softbrake.sim.build import grid_view, initial_energy, meridian_view
-from softbrake.sim.simulation import Diverged, Drop
+from softbrake.sim.simulation import Diverged, Simulation
 from softbrake.sim.summary import LARGEST_GAIN
 from softbrake.studies.stability_map import edge_in_words, find_limit, read_axis
 
@@ -32,13 +32,13 @@ SMALL = ("grid={generatrix: 8, hoop: 16}", "belts.width=30 mm")
 ROUND = ("model.fidelity=axisymmetric", "contact=paper", "grid={generatrix: 40, hoop: 60}", "belts.width=15 mm")
 
 
-def drop(*overrides: str) -> Drop:
-    return Drop(load_case(CONFIGS / "paper.yaml", overrides))
+def drop(*overrides: str) -> Simulation:
+    return Simulation(load_case(CONFIGS / "paper.yaml", overrides))
 
 
-def predicted(falling: Drop) -> float:
+def predicted(falling: Simulation) -> float:
     bound = stable_step_of_meridian if falling.case.model.fidelity == "axisymmetric" else stable_step
-    return float(bound(falling.model, falling.state.nodes, falling.sweep))
+    return float(bound(falling.model, falling.state.nodes, falling.workspace))
 
 
 def limit(by_place: Floats, by_velocity: Floats) -> float:
@@ -50,7 +50,7 @@ def limit(by_place: Floats, by_velocity: Floats) -> float:
     return 2.0 / float(real.max())
 
 
-def slopes_of_shell(falling: Drop) -> tuple[Floats, Floats]:
+def slopes_of_shell(falling: Simulation) -> tuple[Floats, Floats]:
     """Of the accelerations by places and velocities, from differences of the slow twins' forces."""
     model = falling.model
     views = [grid_view(part, model) for part in falling.state.nodes]
@@ -69,11 +69,11 @@ def slopes_of_shell(falling: Drop) -> tuple[Floats, Floats]:
     return by_place, by_velocity
 
 
-def limit_of_shell(falling: Drop) -> float:
+def limit_of_shell(falling: Simulation) -> float:
     return limit(*slopes_of_shell(falling))
 
 
-def limit_of_meridian(falling: Drop) -> float:
+def limit_of_meridian(falling: Simulation) -> float:
     """From differences of the velocities that one step gives."""
     model = falling.model._replace(cargo_mass=1e12, contact=falling.model.contact._replace(ground=-np.inf))
     nodes, dt = meridian_view(falling.state.nodes, model), 1e-6
@@ -87,7 +87,7 @@ def limit_of_meridian(falling: Drop) -> float:
         for part, values in zip(parts, np.split(start + change, 4), strict=True):
             part[1:-1] = values
         falling.state.now[History.TIME] = 0.0
-        sweep_meridian(model, falling.state, falling.sweep, dt, dt)
+        sweep_meridian(model, falling.state, falling.workspace, dt, dt)
         return (np.concatenate([nodes.u[1:-1], nodes.w[1:-1]]) - (start + change)[half:]) / dt
 
     slopes = np.array([(acceleration(1e-6 * unit) - acceleration(-1e-6 * unit)) / 2e-6 for unit in np.eye(2 * half)]).T
@@ -163,10 +163,10 @@ def test_bound_of_a_wrung_shell(twist: float) -> None:
     close(wrung)
     found = limit_of_shell(wrung)
     assert 0.85 < predicted(wrung) / found <= 1.0
-    assert wrung.sweep.by_row.skew.max() > 0.02
+    assert wrung.workspace.by_row.skew.max() > 0.02
 
 
-def close(falling: Drop) -> None:
+def close(falling: Simulation) -> None:
     for part in falling.state.nodes:
         rows = part.reshape(falling.model.n1 + 1, -1)
         first, last = 8, 8 + falling.model.n2
@@ -181,7 +181,7 @@ def test_bound_holds_in_a_crumpled_shell() -> None:
         while falling.now(History.TIME) < until:
             falling.advance(until)
         assert 0.7 < predicted(falling) / limit_of_shell(falling) <= 1.0
-    assert falling.sweep.by_row.skew.max() > 0.5
+    assert falling.workspace.by_row.skew.max() > 0.5
 
 
 @pytest.mark.parametrize("config", ["no-belts", "paper"])
@@ -189,7 +189,7 @@ def test_energy_that_a_disturbance_stores_is_no_gain(config: str) -> None:
     """2e-3 R on cells of R/18, light cargo: cloth and belts give far more than doubt begins at, and all of it was stored."""
     light = ("fabric.law=tension_field", "cargo.mass=1 kg", "pressure.value=0 Pa", "contact=solid", "time.end=2 ms")
     case = level(load_case(CONFIGS / f"{config}.yaml", light), "full", 44, 120)
-    falling = Drop(case)
+    falling = Simulation(case)
     falling.disturb(2e-3 * 0.5 * case.shell.diameter, seed=1)
     energy = initial_energy(case, falling.model)
     fabric, belts = falling.state.stored
@@ -203,7 +203,7 @@ def test_energy_that_a_disturbance_stores_is_no_gain(config: str) -> None:
 def test_disturbed_drop_is_not_doubtful() -> None:
     """To its end, on 18 cells in a radius."""
     case = level(load_case(CONFIGS / "no-belts.yaml", ["fabric.law=tension_field", "contact=solid"]), "full", 44, 120)
-    falling = Drop(case)
+    falling = Simulation(case)
     falling.disturb(2e-3 * 0.5 * case.shell.diameter, seed=2)
     answer = falling.run()
     assert (answer.outcome, answer.doubt) == ("impact", None)
@@ -320,7 +320,7 @@ def test_points_are_kept_where_the_picture_fails(paper: Path, tmp_path: Path, mo
 def test_random_drops_do_not_diverge(first: int) -> None:
     """A sample of the thousand of benchmarks/stability.py."""
     for seed in range(first, first + 8):
-        falling = Drop(random_case(seed))
+        falling = Simulation(random_case(seed))
         assert max(falling.run().energy_made.values()) < 0.01, seed
 
 

@@ -5,14 +5,14 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from naive_folds import (
-    crossings,
+from naive_self_contact import (
     distance_of_segments,
     distance_to_triangle,
     edge_crossings,
     edges_pass,
     entangled,
     meridian_crossings,
+    missed_collisions,
     near_edges,
     near_pairs,
     passing_time,
@@ -20,7 +20,7 @@ from naive_folds import (
 )
 
 import softbrake
-from softbrake.core.arrays import PAD, Blows, Floats, FoldCount, Nodes, Outcome, Sheet, Step
+from softbrake.core.arrays import PAD, ContactCount, Floats, Impulses, Nodes, Outcome, Sheet, Step
 from softbrake.core.columns import History
 from softbrake.core.contact.broad_phase import find_pairs
 from softbrake.core.contact.impulses import freedom_of
@@ -33,17 +33,17 @@ from softbrake.core.contact.narrow_phase import (
     nearest_on_edges,
     nearest_on_face,
 )
-from softbrake.core.contact.self_contact import CUSHION, part_moved
+from softbrake.core.contact.self_contact import THICKNESS, resolve_under_cover
 from softbrake.core.lanes import close_nodes
-from softbrake.core.loop.step import fold_step
-from softbrake.sim.build import BY_PAIR, build_folds, grid_view, meridian_view, with_room
-from softbrake.sim.simulation import Drop
+from softbrake.core.loop.step import self_contact_step
+from softbrake.sim.build import BY_PAIR, build_self_contact, grid_view, meridian_view, with_room
+from softbrake.sim.simulation import Simulation
 
 pytestmark = pytest.mark.kernels
 
 CONFIGS = Path(__file__).resolve().parents[1] / "configs"
 EDGE = 0.01  # m, of the cells of loose cloth
-THICK = CUSHION * EDGE
+THICK = THICKNESS * EDGE
 OPEN = (-inf, 0, inf, 0, inf, inf, 0)  # neither ground nor cover, cargo, axis
 
 
@@ -62,8 +62,8 @@ class Cloth:
         self.mass = np.full(self.n1 + 1, 2e-3)
         if seed_mass is not None:
             self.mass *= np.random.default_rng(seed_mass).uniform(0.5, 2.0, self.n1 + 1)
-        self.folds = build_folds(self.nodes.x.size, self.n1, self.n2, 8 if shell else 64)
-        self.folds.counts[FoldCount.DUE] = 1
+        self.self_contact = build_self_contact(self.nodes.x.size, self.n1, self.n2, 8 if shell else 64)
+        self.self_contact.counts[ContactCount.DUE] = 1
         self.contact, self.kinetic = np.zeros(self.n1 + 1 if not shell else self.n2), np.zeros(max(self.n2, self.n1 + 1))
         self.impulse = np.zeros(2)
         self.cover = float(places[-1, 0, 2])
@@ -93,18 +93,18 @@ class Cloth:
         """Move by a step (s); returns the places before and after."""
         before, velocities = self.places, self.velocities
         velocities[0], velocities[-1] = 0.0, (0.0, 0.0, cover_velocity)
-        course = Step(length, length, 0.0, self.cover, self.cover + length * cover_velocity, 1e-6)
+        step = Step(length, length, 0.0, self.cover, self.cover + length * cover_velocity, 1e-6)
         free = before.copy()
         free[1:-1] += length * velocities[1:-1]
-        low, high = self.sheet.ground, course.next_cover - course.gap if self.sheet.cover else inf
+        low, high = self.sheet.ground, step.next_cover - step.gap if self.sheet.cover else inf
         velocities[1:-1, :, 2] = np.clip(velocities[1:-1, :, 2], *((end - before[1:-1, :, 2]) / length for end in (low, high)))
         free[1:-1, :, 2] = np.clip(free[1:-1, :, 2], low, high)
         self.set(free, velocities)
-        blows = Blows(self.contact, self.kinetic, self.impulse, self.folds.stamp)
-        part_moved(self.nodes, self.mass, blows, self.folds, course, self.sheet)
-        if self.folds.counts[FoldCount.CRAMPED]:
-            self.folds = with_room(self.folds)
-        self.cover = course.next_cover
+        impulses = Impulses(self.contact, self.kinetic, self.impulse, self.self_contact.stamp)
+        resolve_under_cover(self.nodes, self.mass, impulses, self.self_contact, step, self.sheet)
+        if self.self_contact.counts[ContactCount.OVERFLOW]:
+            self.self_contact = with_room(self.self_contact)
+        self.cover = step.next_cover
         after, velocities = self.places, self.velocities
         after[-1, :, 2] = self.cover
         self.set(after, velocities)
@@ -244,7 +244,7 @@ def test_two_layers_thrown_at_each_other(speed: float) -> None:
     cloth = Cloth(places, velocities)
     for _ in range(3):  # an eighth of a cell in a step
         before, after = cloth.move(0.125 * EDGE / speed)
-        assert crossings(before, after) == edge_crossings(before, after) == []
+        assert missed_collisions(before, after) == edge_crossings(before, after) == []
     inner = cloth.velocities[2:-2]  # next to the held rows faces slope, and those take a part
     assert inner[..., 2] == pytest.approx(-0.5 * speed, rel=2e-2)
     assert inner[..., 0] == pytest.approx(3.0, abs=1e-2 * speed)
@@ -268,10 +268,10 @@ def test_layers_that_do_not_match_never_pass(speed: float, seed: int) -> None:
     start = momentum, energy = cloth.momentum(), cloth.energy()
     for _ in range(25):
         before, after = cloth.move(0.05 * EDGE / speed)
-        assert crossings(before, after) == edge_crossings(before, after) == []
+        assert missed_collisions(before, after) == edge_crossings(before, after) == []
         assert cloth.energy() <= energy * (1 + 1e-13)
         energy = cloth.energy()
-    assert cloth.folds.counts[FoldCount.PIERCED] == 0
+    assert cloth.self_contact.counts[ContactCount.MISSED] == 0
     assert cloth.energy() < 0.8 * start[1]
     assert cloth.energy() - start[1] == pytest.approx(cloth.contact.sum(), rel=1e-12)
     assert cloth.momentum()[2] - momentum[2] == pytest.approx(cloth.impulse[1] - cloth.impulse[0], rel=1e-11)
@@ -288,7 +288,7 @@ def test_nothing_passes_in_the_step_of_a_search(shift: float, apart: float, part
     cloth = Cloth(places, velocities)
     for _ in range(20):
         before, after = cloth.move(part * EDGE / 10.0)
-        assert crossings(before, after) == []
+        assert missed_collisions(before, after) == []
         assert entangled(after) == entangled(places)  # next to the held rows
 
 
@@ -324,13 +324,13 @@ def backed(z: float, r: float, height: float = inf) -> tuple[Sheet, Step, Nodes]
 )
 def test_walls_back_a_node(z: float, r: float, height: float, wall: tuple[int, int, int] | None) -> None:
     """Against a wall nothing gives way, away from it all, and askew what is along it."""
-    sheet, course, nodes = backed(z, r, height)
+    sheet, step, nodes = backed(z, r, height)
     normal = np.array(wall or (0, 0, 1), float)
     along = np.array((0.0, 1.0, 0.0))
     askew = 0.6 * normal + 0.8 * along
     expected = (0.0, 1.0, 1.0, 1 - 0.36) if wall else (1.0,) * 4
     for push, freedom in zip((-normal, normal, along, -askew), expected, strict=True):
-        assert freedom_of(nodes, course, sheet, 7, *push) == pytest.approx(freedom, abs=1e-12)
+        assert freedom_of(nodes, step, sheet, 7, *push) == pytest.approx(freedom, abs=1e-12)
 
 
 def test_nothing_sticks() -> None:
@@ -381,10 +381,10 @@ def test_bellows_pressed_flat(seed: int) -> None:
         assert meridian_crossings(after[:, 0, ::2]) == []
         assert (after[1:-1, 0, 2] >= -1e-18).all() and (after[1:-1, 0, 2] < cloth.cover).all()
         assert (after[:, 0, 1] == 0.0).all()
-        met += int(cloth.folds.counts[FoldCount.PASSES] > 0)
+        met += int(cloth.self_contact.counts[ContactCount.PASSES] > 0)
     assert met > 100
     assert lost > cloth.energy()
-    assert cloth.folds.counts[FoldCount.PIERCED] == 0
+    assert cloth.self_contact.counts[ContactCount.MISSED] == 0
 
 
 def test_bellows_without_contact_cross() -> None:
@@ -408,8 +408,8 @@ def test_layers_between_ground_and_cover() -> None:
     length = 1e-5
     while cloth.cover > 0.02 * EDGE:
         before, after = cloth.move(length, -min(10.0, cloth.cover / (20 * length)))
-        assert crossings(before, after) == edge_crossings(before, after) == []
-    assert cloth.folds.counts[FoldCount.PIERCED] == 0
+        assert missed_collisions(before, after) == edge_crossings(before, after) == []
+    assert cloth.self_contact.counts[ContactCount.MISSED] == 0
 
 
 def squeezed(layers: int, length: float) -> Cloth:
@@ -433,7 +433,7 @@ def test_squeezed_pile_pushes_by_its_inertia_only() -> None:
         cloth = squeezed(8, length)
         inertia = 3.0 * 16 * cloth.mass[1:-1].sum()
         assert 0.1 * inertia < abs(cloth.impulse[0]) < 2 * inertia
-        assert cloth.folds.counts[FoldCount.PIERCED] == 0
+        assert cloth.self_contact.counts[ContactCount.MISSED] == 0
 
 
 # --- the search -------------------------------------------------------------------------------------------------------------
@@ -455,9 +455,9 @@ def test_search_finds_all_pairs(seed: int, reach: float) -> None:
     """All that are near, and few that are not: boxes around faces are what is looked at."""
     places = crumpled(10, 12, seed)
     cloth = Cloth(places, np.zeros_like(places))
-    folds = build_folds(cloth.nodes.x.size, 10, 12, 500)  # so many are near
-    folds.margin[:] = 0.25 * reach * EDGE
-    count = find_pairs(cloth.nodes, folds, cloth.sheet, 0.5 * reach * EDGE)
+    self_contact = build_self_contact(cloth.nodes.x.size, 10, 12, 500)  # so many are near
+    self_contact.margin[:] = 0.25 * reach * EDGE
+    count = find_pairs(cloth.nodes, self_contact, cloth.sheet, 0.5 * reach * EDGE)
     found, edges = set(), set()
 
     def count_of(node: int) -> int:
@@ -468,7 +468,7 @@ def test_search_finds_all_pairs(seed: int, reach: float) -> None:
         start = count_of(edge // 2)
         return start, start + 12 if edge % 2 else start - start % 12 + (start + 1) % 12
 
-    for pair in folds.pairs[:count].tolist():
+    for pair in self_contact.pairs[:count].tolist():
         if pair & EDGES:
             edges.add(frozenset((ends_of((pair ^ EDGES) >> 32), ends_of(pair & SECOND))))
         else:
@@ -486,9 +486,9 @@ def test_search_is_linear_in_the_nodes() -> None:
     for factor in (1, 2, 4):
         places = crumpled(12 * factor, 24 * factor, 5)
         cloth = Cloth(places, np.zeros_like(places))
-        cloth.folds.margin[:] = 0.125 * EDGE
-        find_pairs(cloth.nodes, cloth.folds, cloth.sheet, THICK)
-        tests.append(cloth.folds.counts[FoldCount.TESTS] / (places.shape[0] * places.shape[1]))
+        cloth.self_contact.margin[:] = 0.125 * EDGE
+        find_pairs(cloth.nodes, cloth.self_contact, cloth.sheet, THICK)
+        tests.append(cloth.self_contact.counts[ContactCount.TESTS] / (places.shape[0] * places.shape[1]))
     assert tests[2] < 1.3 * tests[0]
     assert tests[0] > 1.0
 
@@ -501,8 +501,8 @@ def test_flat_and_compressed_cloth_has_no_pairs() -> None:
         places[..., 1] = factor * 24 * EDGE / (2 * np.pi) * np.sin(angle)
         places[..., 2] = factor * np.arange(13)[:, None] * EDGE
         cloth = Cloth(places, np.zeros_like(places))
-        cloth.folds.margin[:] = 0.2 * EDGE
-        assert find_pairs(cloth.nodes, cloth.folds, cloth.sheet, THICK) == 0
+        cloth.self_contact.margin[:] = 0.2 * EDGE
+        assert find_pairs(cloth.nodes, cloth.self_contact, cloth.sheet, THICK) == 0
 
 
 # --- whole drops ------------------------------------------------------------------------------------------------------------
@@ -510,17 +510,17 @@ def test_flat_and_compressed_cloth_has_no_pairs() -> None:
 CRUSH = ("grid={generatrix: 14, hoop: 24}",)
 
 
-def drop(*overrides: str, folds: bool = True) -> Drop:
-    parts = "[ground, cover, cargo, folds]" if folds else "[ground, cover, cargo]"
-    return Drop(softbrake.load_case(CONFIGS / "paper-contact.yaml", [f"contact={parts}", *overrides]))
+def drop(*overrides: str, self_contact: bool = True) -> Simulation:
+    parts = "[ground, cover, cargo, folds]" if self_contact else "[ground, cover, cargo]"
+    return Simulation(softbrake.load_case(CONFIGS / "paper-contact.yaml", [f"contact={parts}", *overrides]))
 
 
-def places_of(falling: Drop) -> Floats:
+def places_of(falling: Simulation) -> Floats:
     nodes, model = falling.state.nodes, falling.model
     return np.stack([grid_view(part, model) for part in (nodes.x, nodes.y, nodes.z)], axis=-1)
 
 
-def pierced(falling: Drop, every: int) -> int:
+def pierced(falling: Simulation, every: int) -> int:
     """Advance to the last 5 mm; count what passes in every so-manieth step, nodes and edges, and what is entangled after it."""
     count = 0
     while falling.now(History.HEIGHT) > 5e-3:
@@ -528,7 +528,7 @@ def pierced(falling: Drop, every: int) -> int:
         before = places_of(falling)
         falling.advance(most=1)
         after = places_of(falling)
-        count += len(crossings(before, after)) + len(edge_crossings(before, after)) + entangled(after)
+        count += len(missed_collisions(before, after)) + len(edge_crossings(before, after)) + entangled(after)
     return count
 
 
@@ -538,13 +538,13 @@ def test_folds_of_a_whole_drop() -> None:
     Nothing passes until the last 5 mm, less than an eighth of a cell. There passes are not for ever: some fail, and are booked.
     The ledger is closed, and contact only takes.
     """
-    falling, without = drop(*CRUSH), drop(*CRUSH, folds=False)
+    falling, without = drop(*CRUSH), drop(*CRUSH, self_contact=False)
     assert pierced(falling, 20) == 0
-    assert falling.state.folds.counts[FoldCount.PIERCED] == 0
-    assert falling.state.folds.counts[FoldCount.PASSES] > 100
+    assert falling.state.self_contact.counts[ContactCount.MISSED] == 0
+    assert falling.state.self_contact.counts[ContactCount.PASSES] > 100
     assert falling.run(None, None).outcome == "impact"
-    assert falling.state.folds.counts[FoldCount.PIERCED] <= 50
-    assert falling.state.folds.penetration[0] < 0.01
+    assert falling.state.self_contact.counts[ContactCount.MISSED] <= 50
+    assert falling.state.self_contact.penetration[0] < 0.01
     assert pierced(without, 20) > 1000
     assert abs(falling.energy_error()) < 1e-11
     assert falling.now(History.WORK_CONTACT) < 0.0
@@ -573,7 +573,7 @@ def test_peak_and_impulse_do_not_grow_as_steps_shrink() -> None:
     assert max(peaks) < 60.0  # 28 to 50, without order
 
 
-def meridian_of(falling: Drop) -> Floats:
+def meridian_of(falling: Simulation) -> Floats:
     nodes = meridian_view(falling.state.nodes, falling.model)
     return np.stack((nodes.x, nodes.z), axis=-1)
 
@@ -581,32 +581,32 @@ def meridian_of(falling: Drop) -> Floats:
 @pytest.mark.parametrize("overrides", [("belts.count=0",), (), ("fabric.viscosity=0.02", "cargo.diameter=0.3 m")])
 def test_no_meridian_crosses_itself_in_a_whole_drop(overrides: tuple[str, ...]) -> None:
     """Every tenth step, by exact signs of areas; without contact of folds the belted one does."""
-    for folds in (True, False):
-        parts = "full" if folds else "[ground, cover, cargo, axis]"
+    for self_contact in (True, False):
+        parts = "full" if self_contact else "[ground, cover, cargo, axis]"
         case = softbrake.load_case(
             CONFIGS / "paper-contact.yaml", ["model.fidelity=axisymmetric", f"contact={parts}", "grid.generatrix=72", *overrides]
         )
-        falling, crossed, outcome = Drop(case), 0, Outcome.RUNNING
+        falling, crossed, outcome = Simulation(case), 0, Outcome.RUNNING
         while outcome == Outcome.RUNNING:
             _, outcome = falling.advance(most=10)
             if outcome == Outcome.RUNNING:
                 crossed += len(meridian_crossings(meridian_of(falling)))
         assert outcome == Outcome.IMPACT
         assert abs(falling.energy_error()) < 1e-12
-        if folds:
+        if self_contact:
             assert crossed == 0
-            assert falling.state.folds.penetration[0] < 0.01
+            assert falling.state.self_contact.penetration[0] < 0.01
             assert falling.now(History.WORK_CONTACT) < 0.0
         elif not overrides:
             assert crossed > 0
 
 
-def meridian_thrown(u: float, w: float, folds: bool) -> tuple[int, float, Drop]:
+def meridian_thrown(u: float, w: float, self_contact: bool) -> tuple[int, float, Simulation]:
     """A slack meridian, narrowed above to below the cover, thrown at u, w (m/s) and shaken, for 20 ms without gas and gravity.
 
     Returns the crossings of its segments over all steps, and the least radius (m).
     """
-    parts = "full" if folds else "[ground, cover, cargo, axis]"
+    parts = "full" if self_contact else "[ground, cover, cargo, axis]"
     still = (
         "pressure.value=0",
         "belts.count=0",
@@ -616,7 +616,7 @@ def meridian_thrown(u: float, w: float, folds: bool) -> tuple[int, float, Drop]:
         "grid.generatrix=48",
     )
     case = softbrake.load_case(CONFIGS / "paper-contact.yaml", ["model.fidelity=axisymmetric", f"contact={parts}", *still])
-    falling, crossed, least = Drop(case), 0, inf
+    falling, crossed, least = Simulation(case), 0, inf
     nodes = meridian_view(falling.state.nodes, falling.model)
     nodes.x[24:-1] *= 0.9
     before = nodes.u[1:-1] ** 2 + nodes.w[1:-1] ** 2
@@ -630,7 +630,7 @@ def meridian_thrown(u: float, w: float, folds: bool) -> tuple[int, float, Drop]:
         places = meridian_of(falling)
         crossed += len(meridian_crossings(places))
         least = min(least, places[:, 0].min())
-        if folds:
+        if self_contact:
             inside = places[:-1, 0] < falling.model.contact.cover_radius - 1e-6
             assert (places[:-1, 1][inside] < falling.now(History.HEIGHT)).all()
     return crossed, least, falling
@@ -639,24 +639,24 @@ def meridian_thrown(u: float, w: float, folds: bool) -> tuple[int, float, Drop]:
 @pytest.mark.parametrize(("u", "w"), [(0.0, 20.0), (-20.0, 20.0)])
 def test_meridian_thrown_at_the_cover_and_the_axis(u: float, w: float) -> None:
     """By exact signs of areas no segments cross in any step, and none passes the cover; without contact of folds they cross."""
-    crossed, least, falling = meridian_thrown(u, w, folds=True)
+    crossed, least, falling = meridian_thrown(u, w, self_contact=True)
     assert crossed == 0
-    assert falling.state.folds.counts[FoldCount.PASSES] > 100
+    assert falling.state.self_contact.counts[ContactCount.PASSES] > 100
     assert least >= 1e-6 * (1 - 1e-9)
     assert (least < 2e-6) == (u < 0.0)
     assert falling.now(History.WORK_CONTACT) < 0.0
     assert abs(falling.energy_error()) < 1e-12
-    assert meridian_thrown(u, w, folds=False)[0] > 0
+    assert meridian_thrown(u, w, self_contact=False)[0] > 0
 
 
-@pytest.mark.parametrize("folds", [True, False])
-def test_shell_thrown_at_the_cover(folds: bool) -> None:
+@pytest.mark.parametrize("self_contact", [True, False])
+def test_shell_thrown_at_the_cover(self_contact: bool) -> None:
     """Slack, narrowed below the cover, at 20 m/s upwards and inwards, and shaken: no node passes a face or the cover.
 
     By the slow twin in every step; without contact of folds nodes pass. Contact only takes energy, over a few steps at least.
     """
     still = ("pressure.value=0", "belts.count=0", "gravity=0", "cargo.velocity=0.1 m/s", "fabric.E=0.1 kN/m")
-    falling = drop(*still, "grid={generatrix: 12, hoop: 16}", "time.end=15 ms", folds=folds)
+    falling = drop(*still, "grid={generatrix: 12, hoop: 16}", "time.end=15 ms", self_contact=self_contact)
     model, nodes, state = falling.model, falling.state.nodes, falling.state
     random = np.random.default_rng(2)
     for part in nodes[:2]:
@@ -675,7 +675,7 @@ def test_shell_thrown_at_the_cover(folds: bool) -> None:
         before = places_of(falling)
         _, outcome = falling.advance(most=1)
         places = places_of(falling)
-        passed += len(crossings(before, places))
+        passed += len(missed_collisions(before, places))
         inside = np.hypot(places[:-1, :, 0], places[:-1, :, 1]) < model.contact.cover_radius - 1e-6
         assert (places[:-1, :, 2][inside] < falling.now(History.HEIGHT)).all()
         assert falling.now(History.WORK_CONTACT) <= contact + 1e-5 * state.kinetic_start[0]
@@ -683,9 +683,9 @@ def test_shell_thrown_at_the_cover(folds: bool) -> None:
     assert outcome == Outcome.TIME_LIMIT
     assert contact < -0.02 * state.kinetic_start[0]
     assert abs(falling.energy_error()) < 1e-12
-    if folds:
-        assert passed == state.folds.counts[FoldCount.PIERCED] == 0
-        assert state.folds.counts[FoldCount.PASSES] > 200
+    if self_contact:
+        assert passed == state.self_contact.counts[ContactCount.MISSED] == 0
+        assert state.self_contact.counts[ContactCount.PASSES] > 200
     else:
         assert passed > 0
 
@@ -702,7 +702,7 @@ def test_momentum_changes_by_gravity_and_ground_only() -> None:
     while outcome == Outcome.RUNNING and falling.now(History.HEIGHT) > 0.05:
         new, outcome = falling.advance(most=50)
         rows.append(new.copy())
-    assert falling.state.folds.counts[FoldCount.PASSES] > 100
+    assert falling.state.self_contact.counts[ContactCount.PASSES] > 100
     history = np.concatenate(rows)
     steps = history[:, History.TIME_STEP]
     dt = 0.5 * (np.concatenate(([0.0], steps[:-1])) + steps)
@@ -716,10 +716,10 @@ def test_momentum_changes_by_gravity_and_ground_only() -> None:
 def test_free_flight_does_not_pay(courant: float, grid: tuple[int, int]) -> None:
     """Until waves from the ground come back no search is due, whatever rings at the start, and nothing changes in any digit."""
     size = f"grid={{generatrix: {grid[0]}, hoop: {grid[1]}}}"
-    with_folds, without = (drop(size, f"time.courant={courant}", folds=folds) for folds in (True, False))
+    with_folds, without = (drop(size, f"time.courant={courant}", self_contact=self_contact) for self_contact in (True, False))
     for falling in (with_folds, without):
         falling.advance(until=0.006)
-    assert with_folds.state.folds.counts[FoldCount.SEARCHES] == 0
+    assert with_folds.state.self_contact.counts[ContactCount.SEARCHES] == 0
     assert np.array_equal(places_of(with_folds), places_of(without))
 
 
@@ -745,9 +745,9 @@ def test_folds_are_foreseen(part: str, scale: float, turned: float, due: bool) -
         grid_view(state.nodes.v, model)[:, -1] = -velocity
     for row in range(model.n1 + 1):
         close_nodes(state.nodes, np.uint64(row * model.stride + PAD), model.n2)
-    fold_step(model, state, falling.sweep.by_column)
-    assert state.folds.counts[FoldCount.DUE] == due
-    assert state.folds.counts[FoldCount.STALE] == due
+    self_contact_step(model, state, falling.workspace.by_column)
+    assert state.self_contact.counts[ContactCount.DUE] == due
+    assert state.self_contact.counts[ContactCount.STALE] == due
 
 
 @pytest.mark.parametrize("cells", [36, 40, 72])
@@ -756,7 +756,7 @@ def test_no_meridian_crosses_itself_at_the_longest_step(cells: int) -> None:
     case = softbrake.load_case(
         CONFIGS / "paper-contact.yaml", ["model.fidelity=axisymmetric", f"grid.generatrix={cells}", "time.courant=0.9"]
     )
-    falling, outcome = Drop(case), Outcome.RUNNING
+    falling, outcome = Simulation(case), Outcome.RUNNING
     while outcome == Outcome.RUNNING:
         _, outcome = falling.advance(most=10)
         assert outcome != Outcome.RUNNING or meridian_crossings(meridian_of(falling)) == []
@@ -768,24 +768,30 @@ def test_step_is_cut_for_fast_cloth() -> None:
     falling = drop(*CRUSH)
     falling.state.nodes.w[:] = 800.0
     falling.state.stable_step[0], falling.state.choice[1] = 1e-5, 16
-    assert fold_step(falling.model, falling.state, falling.sweep.by_column) == inf
+    assert self_contact_step(falling.model, falling.state, falling.workspace.by_column) == inf
     grid_view(falling.state.nodes.u, falling.model)[5, 3] = 800.0
     falling.state.nodes.w[:] = 0.0
-    step = fold_step(falling.model, falling.state, falling.sweep.by_column)
+    step = self_contact_step(falling.model, falling.state, falling.workspace.by_column)
     assert step == pytest.approx(0.25 * falling.model.fabric.h1 / (2 * 800.0))
 
 
 def test_arrays_grow_with_the_pairs() -> None:
     """With room for three pairs at first: the arrays are enlarged until they hold all, and the run goes on."""
     falling = drop(*CRUSH)
-    few = falling.state.folds
+    few = falling.state.self_contact
     small = few._replace(**{name: getattr(few, name)[:3].copy() for name in BY_PAIR})
-    falling.state = falling.state._replace(folds=small)
+    falling.state = falling.state._replace(self_contact=small)
     summary = falling.run(None, None)
     assert summary.outcome == "impact"
-    folds = falling.state.folds
-    assert folds.counts[FoldCount.PAIRS] <= folds.pairs.size == folds.wake.size == folds.awake.size == len(folds.contacts)
-    assert folds.pairs.size > 300
+    self_contact = falling.state.self_contact
+    assert (
+        self_contact.counts[ContactCount.PAIRS]
+        <= self_contact.pairs.size
+        == self_contact.active_from.size
+        == self_contact.active.size
+        == len(self_contact.contacts)
+    )
+    assert self_contact.pairs.size > 300
 
 
 def test_heap_of_cloth() -> None:

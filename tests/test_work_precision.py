@@ -17,23 +17,23 @@ from typer.testing import CliRunner
 
 import softbrake as package
 from softbrake.cli.app import app
-from softbrake.report.console import print_chart
-from softbrake.sim.simulation import Drop
-from softbrake.studies import work_precision as module
+from softbrake.report.console import print_work_precision
+from softbrake.sim.simulation import Simulation
+from softbrake.studies import work_precision as work_precision_module
 from softbrake.studies.error_control import level
 from softbrake.studies.work_precision import (
     INTERRUPTED,
     PAPER,
     TOO_FINE,
     UNITS,
-    Chart,
     Reference,
     Run,
     Setting,
-    chart,
+    WorkPrecision,
     fitted_order,
     pareto,
     plan,
+    work_precision,
     write_csv,
 )
 
@@ -51,11 +51,11 @@ def run(
     return Run(setting, summary, dict.fromkeys(UNITS, velocity), seconds)
 
 
-def made_up(*runs: Run, error: float = 0.001) -> Chart:
+def made_up(*runs: Run, error: float = 0.001) -> WorkPrecision:
     """Runs beside a reference of 1 m/s, known to an error."""
     setting = Setting("axisymmetric", "edge", 0.9, 288, 720)
     reference = Reference({"impact_velocity": 1.0}, {"impact_velocity": error}, frozenset({"impact"}), "made up", setting, 0.1)
-    return Chart(package.load_case(SCENE), reference, runs=list(runs))
+    return WorkPrecision(package.load_case(SCENE), reference, runs=list(runs))
 
 
 def test_pareto_front_is_what_nothing_beats() -> None:
@@ -134,8 +134,8 @@ def test_plan_holds_the_papers_setting_and_its_shape_of_cells() -> None:
         assert (applied.grid.generatrix, applied.time.courant) == (setting.generatrix, setting.courant)
         if setting.fidelity == "full":
             assert applied.grid.hoop / applied.grid.generatrix == pytest.approx(2.5, rel=0.05)
-    folds = package.load_case(CONFIGS / "paper-contact.yaml")
-    assert {setting.fidelity for setting in plan(folds)} == {"lumped", "axisymmetric", "full"}
+    self_contact = package.load_case(CONFIGS / "paper-contact.yaml")
+    assert {setting.fidelity for setting in plan(self_contact)} == {"lumped", "axisymmetric", "full"}
     many = package.load_case(CONFIGS / "paper.yaml", ["belts.count=30", "grid.generatrix=90", "belts.width=2 mm"])
     assert min(setting.generatrix for setting in plan(many)) >= 18  # half a cell off the covers
 
@@ -144,31 +144,33 @@ def test_plan_holds_the_papers_setting_and_its_shape_of_cells() -> None:
 def test_all_kernels_of_the_plan_are_compiled_before_the_budget_counts(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
     case = package.load_case(CONFIGS / f"{name}.yaml")
     compiled: list[tuple[str, bool]] = []
-    monkeypatch.setattr(module, "compile_kernels", compiled.extend)
-    module._Charter(Chart(case), 1.0, lambda done, planned, doing: None)
+    monkeypatch.setattr(work_precision_module, "compile_kernels", compiled.extend)
+    work_precision_module._Measurement(WorkPrecision(case), 1.0, lambda done, planned, doing: None)
     settings = sorted(plan(case), key=lambda setting: setting.generatrix)
     wanted = set()
     for setting in {
         (one.fidelity, size): one for size in (1, -1) for one in settings[::size]
     }.values():  # the coarsest, the finest
-        wanted.add((setting.fidelity, Drop(setting.apply(case)).state.folds is not None))
+        wanted.add((setting.fidelity, Simulation(setting.apply(case)).state.self_contact is not None))
     assert wanted == set(compiled)
 
 
 @pytest.fixture(scope="module")
-def charted() -> Chart:
+def charted() -> WorkPrecision:
     """A shell that stays round, by few settings but all of them, and a reference of 144 cells, whatever the machine does."""
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(
-            module, "PARTS", (("lumped", "edge", (0.9,)), ("axisymmetric", "edge", (0.9, 0.1)), ("full", "edge", (0.9,)))
+            work_precision_module,
+            "PARTS",
+            (("lumped", "edge", (0.9,)), ("axisymmetric", "edge", (0.9, 0.1)), ("full", "edge", (0.9,))),
         )
-        patch.setattr(module, "GRIDS", (9, 13, 18, 25, 36))
-        patch.setattr(module, "DOUBLINGS", 4)
-        patch.setattr(module, "PAPER", Setting("full", "edge", 0.5, 9, 22))
-        return chart(package.load_case(SCENE), budget=1e6)
+        patch.setattr(work_precision_module, "GRIDS", (9, 13, 18, 25, 36))
+        patch.setattr(work_precision_module, "DOUBLINGS", 4)
+        patch.setattr(work_precision_module, "PAPER", Setting("full", "edge", 0.5, 9, 22))
+        return work_precision(package.load_case(SCENE), budget=1e6)
 
 
-def test_reference_is_within_its_error_of_a_far_finer_run(charted: Chart) -> None:
+def test_reference_is_within_its_error_of_a_far_finer_run(charted: WorkPrecision) -> None:
     reference = charted.reference
     assert reference is not None
     assert "stays round" in reference.basis
@@ -183,7 +185,7 @@ def test_reference_is_within_its_error_of_a_far_finer_run(charted: Chart) -> Non
     assert reference.error("impact_velocity") < 0.005
 
 
-def test_errors_fall_with_the_grid(charted: Chart) -> None:
+def test_errors_fall_with_the_grid(charted: WorkPrecision) -> None:
     family = charted.families()["axisymmetric", "edge", 0.9]
     errors = [charted.error(one, "impact_velocity") for one in family]
     assert errors[0] > 0.05
@@ -199,18 +201,20 @@ def test_errors_fall_with_the_grid(charted: Chart) -> None:
 def test_shell_that_crumples_is_compared_with_an_ensemble(monkeypatch: pytest.MonkeyPatch) -> None:
     """A fast drop, which another disturbance answers within the error of the reference."""
     case = package.load_case(CONFIGS / "paper.yaml", ["contact=ground", "cargo.velocity=20"])
-    found = chart(case, budget=0.0)
+    found = work_precision(case, budget=0.0)
     reference = found.reference
     assert reference is not None
     assert "does not stay round" in reference.basis and "mean of 4 full shells" in reference.basis
     assert reference.errors["impact_velocity"] == math.inf  # one grid says nothing of the grid's error
     assert found.recommended("impact_velocity", 0.05) is None
     assert not found.runs and len(found.left_out) == len(plan(case))
-    monkeypatch.setattr(module, "plan", lambda case: [])
-    monkeypatch.setattr(module._Charter, "expected", lambda self, setting: 0.0 if setting.generatrix <= 24 else math.inf)
-    reference = chart(case, budget=1e6).reference
+    monkeypatch.setattr(work_precision_module, "plan", lambda case: [])
+    monkeypatch.setattr(
+        work_precision_module._Measurement, "expected", lambda self, setting: 0.0 if setting.generatrix <= 24 else math.inf
+    )
+    reference = work_precision(case, budget=1e6).reference
     assert reference is not None
-    drop = Drop(reference.setting.apply(case))
+    drop = Simulation(reference.setting.apply(case))
     drop.disturb(2.5e-5, 11)
     speed = drop.run().impact_velocity
     assert speed is not None
@@ -218,18 +222,20 @@ def test_shell_that_crumples_is_compared_with_an_ensemble(monkeypatch: pytest.Mo
 
 
 def test_without_a_reference_there_is_no_chart(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(module._Charter, "run", lambda self, setting, seed=0: run(18, 0.1, 0.0, "diverged"))
+    monkeypatch.setattr(work_precision_module._Measurement, "run", lambda self, setting, seed=0: run(18, 0.1, 0.0, "diverged"))
     with pytest.raises(package.Diverged, match="diverges on every grid: there is no reference"):
-        chart(package.load_case(SCENE), budget=1.0)
+        work_precision(package.load_case(SCENE), budget=1.0)
 
 
 def test_runs_of_the_kind_of_the_reference_are_on_coarser_grids(monkeypatch: pytest.MonkeyPatch) -> None:
     """Full shells share the grid's error with a full reference; axisymmetric shells are another model."""
     case = package.load_case(CONFIGS / "paper.yaml")
     reference = replace(made_up().reference, setting=Setting("full", "edge", 0.9, 36, 90))
-    monkeypatch.setattr(module._Charter, "reference", lambda self: reference)
-    monkeypatch.setattr(module._Charter, "timed", lambda self, setting: replace(run(9, 0.1, 1.0), setting=setting))
-    runs = sorted((one.setting for one in chart(case, budget=1e6).runs), key=lambda setting: setting.generatrix)
+    monkeypatch.setattr(work_precision_module._Measurement, "reference", lambda self: reference)
+    monkeypatch.setattr(
+        work_precision_module._Measurement, "timed", lambda self, setting: replace(run(9, 0.1, 1.0), setting=setting)
+    )
+    runs = sorted((one.setting for one in work_precision(case, budget=1e6).runs), key=lambda setting: setting.generatrix)
     finest = {setting.fidelity: setting.generatrix for setting in runs if setting.fidelity != "lumped"}
     assert finest == {"full": 18, "axisymmetric": 144}
 
@@ -250,12 +256,12 @@ def test_the_papers_grid_confirms_no_grid_of_another_shape() -> None:
 )
 def test_why_nothing_is_recommended_is_said(error: float, why: str) -> None:
     stream = io.StringIO()
-    print_chart(made_up(run(9, 1.0, 1.5), error=error), "softbrake run", Console(file=stream, width=120))
+    print_work_precision(made_up(run(9, 1.0, 1.5), error=error), "softbrake run", Console(file=stream, width=120))
     assert stream.getvalue().count(why) >= 3
 
 
 def test_a_cargo_that_stops_has_a_stroke() -> None:
-    found = chart(package.load_case(SCENE, ["pressure.value=30 kPa", "cargo.velocity=4"]), budget=1.0)
+    found = work_precision(package.load_case(SCENE, ["pressure.value=30 kPa", "cargo.velocity=4"]), budget=1.0)
     assert found.reference is not None
     assert list(found.reference.values) == ["stroke", "peak_deceleration", "peak_tension"]
     assert 0.05 < found.reference.values["stroke"] < 0.6
@@ -266,8 +272,8 @@ def test_interrupt_keeps_what_was_done(tmp_path: Path, monkeypatch: pytest.Monke
         if done == 3:
             raise KeyboardInterrupt
 
-    monkeypatch.setattr(module, "DOUBLINGS", 3)
-    found = chart(package.load_case(SCENE, ["time.end=20 ms"]), 1e6, report)
+    monkeypatch.setattr(work_precision_module, "DOUBLINGS", 3)
+    found = work_precision(package.load_case(SCENE, ["time.end=20 ms"]), 1e6, report)
     assert found.interrupted and len(found.runs) == 3
     assert {one.setting for one in found.runs} | {setting for setting, _ in found.left_out} == {*plan(found.case)}
     assert {why for _, why in found.left_out} == {INTERRUPTED}
@@ -279,7 +285,7 @@ def test_interrupt_before_the_reference_keeps_an_older_chart(tmp_path: Path, mon
     def reference(self: object) -> Reference:
         raise KeyboardInterrupt
 
-    monkeypatch.setattr(module._Charter, "reference", reference)
+    monkeypatch.setattr(work_precision_module._Measurement, "reference", reference)
     older = tmp_path / "chart.csv"
     older.write_text("older")
     done = CliRunner().invoke(app, ["chart", str(SCENE), "--output", str(tmp_path / "chart.png"), "--quiet"])
@@ -293,11 +299,11 @@ def lines_of(path: Path) -> list[dict[str, str]]:
         return list(csv.DictReader(stream))
 
 
-def test_figure_shows_the_runs(charted: Chart) -> None:
+def test_figure_shows_the_runs(charted: WorkPrecision) -> None:
     pytest.importorskip("matplotlib")
-    from softbrake.report.plots.work_precision import chart_figure
+    from softbrake.report.plots.work_precision import work_precision_figure
 
-    figure = chart_figure(replace_runs(charted))
+    figure = work_precision_figure(replace_runs(charted))
     titles = [axes.get_title(loc="left") for axes in figure.axes]
     assert titles[0].startswith("Impact velocity: 2.86")
     words = [text.get_text() for axes in figure.axes for text in axes.texts]
@@ -314,7 +320,7 @@ def test_figure_shows_the_runs(charted: Chart) -> None:
         assert np.isfinite(heights).all()
 
 
-def replace_runs(found: Chart) -> Chart:
+def replace_runs(found: WorkPrecision) -> WorkPrecision:
     """The chart with the paper's setting, and one that diverged."""
     failed = run(18, 0.1, 1.0, "diverged")
     return replace(found, runs=[*found.runs, replace(found.runs[-1], setting=PAPER), failed])

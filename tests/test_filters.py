@@ -12,10 +12,10 @@ import softbrake
 from softbrake.case.case import Case, load_case
 from softbrake.core.arrays import Floats, Outcome, Peak
 from softbrake.core.columns import History
-from softbrake.core.loop.time_loop import FELT
+from softbrake.core.loop.time_loop import FILTER_TIME
 from softbrake.sim.filters import COLUMNS, CORNER, SAMPLES, filtered, filtered_peaks, filtered_slope, low_pass, unfit
 from softbrake.sim.result_file import read_history, read_summary
-from softbrake.sim.simulation import Drop
+from softbrake.sim.simulation import Simulation
 from softbrake.sim.summary import FilteredPeaks
 
 CLASSES = (60, 180, 600, 1000)
@@ -171,11 +171,18 @@ def test_filtered_peaks_of_a_record_by_phase() -> None:
     names = ["peak_deceleration", "peak_tension_hoop"]
     found = filtered_peaks(rows, 600, 0.54, names)
     assert found.fault is None and found.peak_tension_belt is None
-    felt, hoop = found.peak_deceleration, found.peak_tension_hoop
-    assert felt is not None and felt.other is not None and hoop is not None and hoop.other is not None
-    assert (felt.phase, felt.other.phase) == ("overshoot", "crushing")
-    assert felt.value == pytest.approx(30.0, rel=0.05)
-    assert 10.0 < felt.other.value < 20.5 and 0.01 < felt.other.time < 0.0101  # the flank between
+    filtered_deceleration, hoop = found.peak_deceleration, found.peak_tension_hoop
+    assert (
+        filtered_deceleration is not None
+        and filtered_deceleration.other is not None
+        and hoop is not None
+        and hoop.other is not None
+    )
+    assert (filtered_deceleration.phase, filtered_deceleration.other.phase) == ("overshoot", "crushing")
+    assert filtered_deceleration.value == pytest.approx(30.0, rel=0.05)
+    assert (
+        10.0 < filtered_deceleration.other.value < 20.5 and 0.01 < filtered_deceleration.other.time < 0.0101
+    )  # the flank between
     assert (hoop.phase, hoop.other.phase) == ("crushing", "overshoot")
     assert (hoop.value, hoop.time) == pytest.approx((6e3, 0.025), rel=1e-2)
     assert hoop.other.value == pytest.approx(1e3, rel=1e-6)
@@ -192,17 +199,19 @@ def test_filtered_peaks_of_a_record_by_phase() -> None:
 @pytest.mark.parametrize("fidelity", ["full", "axisymmetric", "lumped"])
 def test_peaks_of_both_phases_are_those_of_the_rows(fidelity: str) -> None:
     """Rows of every step, parted where the cover has come down by a tenth of the height."""
-    drop, blocks, outcome = Drop(case(f"model.fidelity={fidelity}")), [], Outcome.RUNNING
+    drop, blocks, outcome = Simulation(case(f"model.fidelity={fidelity}")), [], Outcome.RUNNING
     while outcome == Outcome.RUNNING:
         rows, outcome = drop.advance()
         blocks.append(rows.copy())
     history = np.concatenate(blocks)[:-1]  # the last row is of the event
     time, height, acceleration = (history[:, one] for one in (History.TIME, History.HEIGHT, History.ACCELERATION))
-    felt = acceleration.copy()
-    for n in range(1, len(felt)):
-        felt[n] = felt[n - 1] + (1.0 - exp(-history[n, History.TIME_STEP] / FELT)) * (acceleration[n] - felt[n - 1])
+    filtered_deceleration = acceleration.copy()
+    for n in range(1, len(filtered_deceleration)):
+        filtered_deceleration[n] = filtered_deceleration[n - 1] + (1.0 - exp(-history[n, History.TIME_STEP] / FILTER_TIME)) * (
+            acceleration[n] - filtered_deceleration[n - 1]
+        )
     columns = {
-        Peak.DECELERATION: felt,
+        Peak.DECELERATION: filtered_deceleration,
         Peak.TENSION_GENERATRIX: history[:, History.TENSION_GENERATRIX],
         Peak.TENSION_HOOP: history[:, History.TENSION_HOOP],
         Peak.TENSION_BELT: history[:, History.TENSION_BELT],

@@ -47,7 +47,7 @@ def near_pairs(places: Floats, reach: float) -> set[tuple[int, int]]:
     return found
 
 
-def crossings(old: Floats, new: Floats) -> list[tuple[int, int, float]]:
+def missed_collisions(old: Floats, new: Floats) -> list[tuple[int, int, float]]:
     """Return (node, face, time) of all nodes that pass through a face in a step, all moving evenly from old to new places.
 
     The volume of node and triangle is a cubic in time, its roots from the companion matrix; only boxes swept are compared first.

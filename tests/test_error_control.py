@@ -23,9 +23,9 @@ from softbrake.case.case import Case, full_stop, level
 from softbrake.cli.app import app
 from softbrake.sim import simulation as drop
 from softbrake.sim.result_file import read_history, read_summary
-from softbrake.sim.simulation import Diverged, Drop
-from softbrake.sim.summary import Ensemble, Peak, Rung, Summary
-from softbrake.studies import error_control as ladder
+from softbrake.sim.simulation import Diverged, Simulation
+from softbrake.sim.summary import Ensemble, Peak, Summary, Trial
+from softbrake.studies import error_control
 from softbrake.studies.convergence import NEIGHBOURLY, prediction
 from softbrake.studies.error_control import (
     COARSE,
@@ -35,14 +35,14 @@ from softbrake.studies.error_control import (
     OTHERS,
     SCREEN,
     SEEDS,
-    Climb,
     Interrupted,
+    Refined,
     allowed,
-    climb,
     disturbance,
     kinetic,
     least_cells,
     reached,
+    refine,
     speed_of,
     speed_range,
 )
@@ -128,9 +128,9 @@ def base() -> Summary:
 def made_up(base: Summary, monkeypatch: pytest.MonkeyPatch) -> MadeUp:
     """Drops of a climb, and its clock, made up; by default all answer 3 m/s and stay round."""
     drops = MadeUp(base)
-    monkeypatch.setattr(ladder, "probe", drops.probe)
-    monkeypatch.setattr(ladder, "CLOCK", lambda: drops.now)
-    monkeypatch.setattr(ladder, "Drop", lambda of: SimpleNamespace(advance=lambda most: None))  # nothing to compile
+    monkeypatch.setattr(error_control, "probe", drops.probe)
+    monkeypatch.setattr(error_control, "CLOCK", lambda: drops.now)
+    monkeypatch.setattr(error_control, "Drop", lambda of: SimpleNamespace(advance=lambda most: None))  # nothing to compile
     return drops
 
 
@@ -156,7 +156,7 @@ def test_bar_holds_the_limit_of_grids_beside_one_another(order: int, tolerance: 
     """Full shells follow the same law, on their own grids."""
     made_up.energy = lambda of, seed: 9.0 + 0.5 * (10.0 / in_radius(of)) ** order
     made_up.seconds = lambda of: 1e-6
-    found = climb(case(), tolerance)
+    found = refine(case(), tolerance)
     summary = found.summary
     assert found.case.model.fidelity == "axisymmetric"
     assert reached(replace(case(), tolerance=tolerance, insists=True), summary)
@@ -171,7 +171,7 @@ def test_finer_grids_are_asked_only_where_the_tolerance_wants_them(made_up: Made
     counts = []
     for tolerance in (0.1, 0.01, 0.002):
         made_up.done.clear()
-        found = climb(case(), tolerance)
+        found = refine(case(), tolerance)
         cells = [of.grid.generatrix for of, _ in made_up.of("axisymmetric")]
         *climbed, twice = cells[: cells.index(found.case.grid.generatrix) + 1]
         assert all(1.1 < b / a < 1.3 for a, b in pairwise(climbed))
@@ -183,7 +183,7 @@ def test_finer_grids_are_asked_only_where_the_tolerance_wants_them(made_up: Made
 def test_neighbours_that_agree_on_their_way_elsewhere_are_no_claim(made_up: MadeUp) -> None:
     """Grids of 9 to 19 cells in a radius agree; beyond 30 the answer is another one."""
     made_up.energy = lambda of, seed: 9.0 + (2.0 if of.model.fidelity == "axisymmetric" and in_radius(of) > 30.0 else 0.0)
-    found = climb(case(), 0.02)
+    found = refine(case(), 0.02)
     summary = found.summary
     assert in_radius(found.case) > 60.0
     assert speed_of(summary) == pytest.approx(math.sqrt(11.0))
@@ -191,7 +191,7 @@ def test_neighbours_that_agree_on_their_way_elsewhere_are_no_claim(made_up: Made
 
 def test_grid_twice_as_fine_that_diverges_is_no_claim(made_up: MadeUp) -> None:
     made_up.fate = lambda of, seed: "diverged" if of.model.fidelity == "axisymmetric" and in_radius(of) > 30.0 else ""
-    summary = climb(case(), 0.05).summary
+    summary = refine(case(), 0.05).summary
     assert summary.impact_velocity_error is None
     assert "a finer one diverges" in str(summary.fidelity_reason)
 
@@ -204,7 +204,7 @@ def test_scattered_grids_are_no_claim(made_up: MadeUp) -> None:
         made_up.energy = lambda of, seed, turn=turn, values=values: values.setdefault(  # type: ignore[misc]
             of.grid.generatrix, 9.0 + turn(len(values))
         )
-        summary = climb(case(), 0.01, budget=1.0).summary
+        summary = refine(case(), 0.01, budget=1.0).summary
         assert bar(summary) > 0.15
         assert not reached(replace(case(), tolerance=0.01, insists=True), summary)
 
@@ -258,7 +258,7 @@ def test_grids_that_do_not_agree_whether_the_cargo_stops_have_a_bar_that_holds_b
     values: dict[int, float] = {}
     made_up.energy = lambda of, seed: values.setdefault(of.grid.generatrix, energy * (-1.0) ** len(values))
     made_up.seconds = lambda of: 1e-6 * of.grid.generatrix**2
-    summary = climb(case(), 0.05, budget=1.0).summary
+    summary = refine(case(), 0.05, budget=1.0).summary
     assert not reached(replace(case(), tolerance=0.05, insists=True), summary)
     assert speed_of(summary) + bar(summary) >= math.sqrt(0.02)
     assert speed_of(summary) - bar(summary) <= 0.0
@@ -267,7 +267,7 @@ def test_grids_that_do_not_agree_whether_the_cargo_stops_have_a_bar_that_holds_b
 def test_cargo_that_stops_has_a_tolerance_too(made_up: MadeUp) -> None:
     """Of the free-fall velocity, since the impact velocity is none."""
     made_up.energy = lambda of, seed: -0.01 + 0.2 * (10.0 / in_radius(of)) ** 2
-    summary = climb(case(), 0.01).summary
+    summary = refine(case(), 0.01).summary
     assert summary.free_fall_velocity == pytest.approx(6.911, abs=1e-3)
     assert (
         bar(summary)
@@ -275,7 +275,7 @@ def test_cargo_that_stops_has_a_tolerance_too(made_up: MadeUp) -> None:
         == pytest.approx(0.01 * 0.05 * 6.911, rel=0.5)
     )
     made_up.energy = lambda of, seed: -1.0
-    stopped = climb(case(), 0.01).summary
+    stopped = refine(case(), 0.01).summary
     assert (stopped.outcome, stopped.impact_velocity, stopped.velocity_reduction) == ("stopped", None, None)
     assert stopped.impact_velocity_error == 0.0
 
@@ -287,7 +287,7 @@ def test_round_shells_move_the_bar_by_what_they_are_off(made_up: MadeUp) -> None
     """By OTHERS times the largest distance, on the finer of their grids, where the axisymmetric shell is run beside them."""
     off = {(29, 1): 0.3, (44, 1): -0.04, (44, 5): 0.06}
     made_up.energy = lambda of, seed: 9.0 + 1.0 / in_radius(of) ** 2 + (off[of.grid.generatrix, seed] if seed else 0.0)
-    found = climb(case(), 0.02)
+    found = refine(case(), 0.02)
     summary = found.summary
     assert found.case.model.fidelity == "axisymmetric"
     grids = NEIGHBOURLY / in_radius(found.case) ** 2  # of order 2 without scatter
@@ -300,7 +300,7 @@ def test_round_shells_move_the_bar_by_what_they_are_off(made_up: MadeUp) -> None
         twins = [of for of, _ in made_up.of("axisymmetric") if of.grid == screened.grid]
         assert twins and twins[0].contact == screened.contact
     made_up.energy = lambda of, seed: 9.0 + (1.0 if of.model.fidelity == "full" else 0.0)
-    moved = climb(case(), 0.02).summary
+    moved = refine(case(), 0.02).summary
     assert not reached(replace(case(), tolerance=0.02, insists=True), moved)
     assert bar(moved) == pytest.approx(speed_range(9.0, OTHERS)[1], rel=1e-6)
     assert str(moved.fidelity_reason).endswith("full shells stay round, but are off it")
@@ -310,14 +310,14 @@ def test_round_shells_move_the_bar_by_what_they_are_off(made_up: MadeUp) -> None
 def test_shell_that_stays_round_is_asked_on_a_finer_grid(growth: float, made_up: MadeUp) -> None:
     """Whether or not it lets a disturbance grow; one that does not stay round is an ensemble's at once."""
     made_up.out = lambda of, seed: growth * SEEDS[(seed - 1) % len(SEEDS)] if seed else 0.0
-    found = climb(case(), 0.02)
+    found = refine(case(), 0.02)
     assert [(of.grid.generatrix, seed) for of, seed in made_up.of("full")] == [(29, 1), (44, 1), (44, 5)]  # 12, 18 in a radius
     assert found.case.model.fidelity == "axisymmetric"
     assert reached(replace(case(), tolerance=0.02, insists=True), found.summary)
     made_up.out = not_round
-    lost = climb(case(), 0.02).summary
-    assert [rung.generatrix for rung in lost.ladder if rung.verdict.startswith("not round")] == [29]
-    assert not any(rung.verdict.startswith("round") for rung in lost.ladder)
+    lost = refine(case(), 0.02).summary
+    assert [trial.generatrix for trial in lost.trials if trial.verdict.startswith("not round")] == [29]
+    assert not any(trial.verdict.startswith("round") for trial in lost.trials)
 
 
 @pytest.mark.parametrize(
@@ -329,7 +329,7 @@ def test_round_shell_is_no_claim_where_the_budget_allows_no_three_full_ones(
 ) -> None:
     """Full shells of 10 s each; finer ones of 41 s at most, for all that is known before, and of 40 s each."""
     made_up.seconds = lambda of: 1e-3 if of.model.fidelity != "full" else 10.0 if of.grid.generatrix == 29 else 40.0
-    summary = climb(case(), 0.02, budget).summary
+    summary = refine(case(), 0.02, budget).summary
     assert [of.grid.generatrix for of, _ in made_up.of("full")] == grids
     assert summary.impact_velocity == pytest.approx(3.0)
     claimed = len(grids) == 3
@@ -341,7 +341,7 @@ def test_round_shell_is_no_claim_where_the_budget_allows_no_three_full_ones(
 
 def test_shell_that_loses_its_symmetry_is_answered_by_the_mean_of_full_ones(made_up: MadeUp) -> None:
     made_up.out, made_up.energy = not_round, scattered
-    found = climb(case(), 0.03)
+    found = refine(case(), 0.03)
     summary = found.summary
     members = [seed for of, seed in made_up.of("full") if of.grid == found.case.grid]
     energies = [scattered(found.case, seed) for seed in members]
@@ -368,12 +368,12 @@ def test_shell_that_loses_its_symmetry_is_answered_by_the_mean_of_full_ones(made
     assert "which do not stay round" in str(summary.fidelity_reason)
     assert summary.velocity_reduction == pytest.approx(summary.free_fall_velocity - speed_of(summary))
     assert reached(replace(case(), tolerance=0.03, insists=True), summary)
-    assert any(rung.verdict.startswith("not round: a disturbance of 0.001 R") for rung in summary.ladder)
+    assert any(trial.verdict.startswith("not round: a disturbance of 0.001 R") for trial in summary.trials)
 
 
 def test_scene_that_determines_nothing_better_says_so(made_up: MadeUp) -> None:
     made_up.out, made_up.energy = not_round, lambda of, seed: 9.0 + (seed % 4)
-    summary = climb(case(), 0.02, budget=600.0).summary
+    summary = refine(case(), 0.02, budget=600.0).summary
     assert not reached(replace(case(), tolerance=0.02, insists=True), summary)
     assert str(summary.fidelity_reason).endswith("this scene does not determine the impact velocity better")
 
@@ -392,7 +392,7 @@ def test_shell_that_is_round_on_the_coarse_grid_only_has_a_bar_as_wide_as_grids_
         return 0.0 if not seed else 0.1 if in_radius(of) > SCREEN + 1 else 2.0 * SEEDS[(seed - 1) % len(SEEDS)]
 
     made_up.energy, made_up.out = energy, out
-    summary = climb(case(), 0.02, budget).summary
+    summary = refine(case(), 0.02, budget).summary
     assert bar(summary) >= math.sqrt(9.0 + apart) - 3.0 - 1e-9
     if any(in_radius(of) > SCREEN + 1 for of, _ in made_up.of("full")):
         assert summary.model.fidelity == "full"
@@ -404,7 +404,7 @@ def test_members_that_agree_on_one_grid_are_no_claim(budget: float, made_up: Mad
     made_up.out = not_round
     level_of = {math.ceil(2.4 * cells): value for cells, value in ((COARSE, 8.5), (SCREEN, 9.0), (FINE, 12.25))}
     made_up.energy = lambda of, seed: level_of.get(of.grid.generatrix, 12.25) + 1e-3 * seed
-    found = climb(case(), 0.02, budget)
+    found = refine(case(), 0.02, budget)
     summary = found.summary
     used = {
         n: [made_up.energy(of, seed) for of, seed in made_up.of("full") if of.grid.generatrix == n]
@@ -430,7 +430,7 @@ def test_members_that_agree_on_one_grid_are_no_claim(budget: float, made_up: Mad
 
 def test_printed_scheme_is_answered_by_full_shells(made_up: MadeUp) -> None:
     """The axisymmetric shell does not know it."""
-    found = climb(case("no-belts", "model.scheme=cell"), 0.05)
+    found = refine(case("no-belts", "model.scheme=cell"), 0.05)
     assert not made_up.of("axisymmetric")
     assert {of.model.scheme for of, _ in made_up.of("full")} == {"cell"}
     assert found.summary.ensemble is not None
@@ -441,11 +441,11 @@ def test_printed_scheme_is_answered_by_full_shells(made_up: MadeUp) -> None:
 def test_belts_keep_off_the_covers_on_every_grid(out: Callable[[Case, int], float] | None, made_up: MadeUp) -> None:
     made_up.out = out or made_up.out
     many = case("paper", "belts.count=60", "grid.generatrix=90", "belts.width=2 mm")
-    climb(many, 0.2)
+    refine(many, 0.2)
     assert least_cells(many) > 30
     assert min(of.grid.generatrix for of, _ in made_up.done) == least_cells(many)
     made_up.done.clear()
-    climb(case("paper", "belts=[{height: 8 mm, width: 2 mm, layers: 5}]", "grid.generatrix=60"), 0.2)
+    refine(case("paper", "belts=[{height: 8 mm, width: 2 mm, layers: 5}]", "grid.generatrix=60"), 0.2)
     assert min(of.grid.generatrix for of, _ in made_up.done) == 43  # 0.3 m/7 mm
 
 
@@ -454,7 +454,7 @@ def test_belts_keep_off_the_covers_on_every_grid(out: Callable[[Case, int], floa
 
 def spent(made_up: MadeUp, budget: float) -> float:
     made_up.now = 0.0
-    climb(case(), 1e-4, budget)
+    refine(case(), 1e-4, budget)
     return made_up.now
 
 
@@ -480,7 +480,7 @@ def test_member_beyond_the_budget_is_not_begun(budget: float, runs: int, members
     """
     made_up.out, made_up.energy = not_round, scattered
     made_up.seconds = lambda of: 10.0 if of.model.fidelity == "full" else 1e-3
-    summary = climb(case(), 0.001, budget).summary
+    summary = refine(case(), 0.001, budget).summary
     assert len(made_up.of("full")) == runs
     assert summary.ensemble is not None and summary.ensemble.members == members
     assert (summary.impact_velocity_error is None) == (members == 1)
@@ -491,36 +491,36 @@ def test_budget_is_of_processor_time(made_up: MadeUp, monkeypatch: pytest.Monkey
     if sys.platform != "win32":
         assert drop.CLOCK is time.thread_time
     made_up.out, made_up.energy = not_round, scattered
-    calm = climb(case(), 0.02).summary
+    calm = refine(case(), 0.02).summary
     hours = iter(range(10**6))
-    monkeypatch.setattr(ladder, "time", SimpleNamespace(perf_counter=lambda: 3600.0 * next(hours)))
-    busy = climb(case(), 0.02).summary
+    monkeypatch.setattr(error_control, "time", SimpleNamespace(perf_counter=lambda: 3600.0 * next(hours)))
+    busy = refine(case(), 0.02).summary
     assert busy.wall_seconds >= 3600.0
-    for rung, other in zip(busy.ladder, calm.ladder, strict=True):
-        assert replace(rung, seconds=0.0) == replace(other, seconds=0.0)
-        assert rung.seconds == pytest.approx(other.seconds)
-    assert replace(busy, wall_seconds=0.0, ladder=[]) == replace(calm, wall_seconds=0.0, ladder=[])
+    for trial, other in zip(busy.trials, calm.trials, strict=True):
+        assert replace(trial, seconds=0.0) == replace(other, seconds=0.0)
+        assert trial.seconds == pytest.approx(other.seconds)
+    assert replace(busy, wall_seconds=0.0, trials=[]) == replace(calm, wall_seconds=0.0, trials=[])
 
 
 def test_rungs_are_told_as_they_are_done(made_up: MadeUp) -> None:
     made_up.out, made_up.energy = not_round, scattered
-    told: list[tuple[Rung, int]] = []
-    summary = climb(case(), 0.02, report=lambda rung: told.append((rung, len(made_up.done)))).summary
-    assert [rung for rung, _ in told] == summary.ladder
-    assert [rung.fidelity for rung, _ in told][:4] == ["lumped", "axisymmetric", "axisymmetric", "full"]
+    told: list[tuple[Trial, int]] = []
+    summary = refine(case(), 0.02, report=lambda trial: told.append((trial, len(made_up.done)))).summary
+    assert [trial for trial, _ in told] == summary.trials
+    assert [trial.fidelity for trial, _ in told][:4] == ["lumped", "axisymmetric", "axisymmetric", "full"]
     assert told[0][1] == 0 and [runs for _, runs in told] == sorted({runs for _, runs in told})
-    assert sum(rung.seconds for rung in summary.ladder) <= made_up.now
+    assert sum(trial.seconds for trial in summary.trials) <= made_up.now
 
 
 @pytest.mark.parametrize("out", [None, not_round])
 def test_without_budget_nothing_is_called_converged(out: Callable[[Case, int], float] | None, made_up: MadeUp) -> None:
     made_up.out = out or made_up.out
     made_up.energy = lambda of, seed: 9.0 + 10.0 / in_radius(of) + 0.5 * (seed % 2)
-    summary = climb(case(), 0.001, budget=0.0).summary
+    summary = refine(case(), 0.001, budget=0.0).summary
     assert summary.impact_velocity is not None
     assert not reached(replace(case(), tolerance=0.001, insists=True), summary)
-    assert not any(rung.verdict.endswith((", within the tolerance", "grids beside it agree")) for rung in summary.ladder)
-    assert all(rung.error is None for rung in summary.ladder)
+    assert not any(trial.verdict.endswith((", within the tolerance", "grids beside it agree")) for trial in summary.trials)
+    assert all(trial.error is None for trial in summary.trials)
     assert summary.impact_velocity_error is None
     if out is None:
         assert "1 grids are no error bar" in str(summary.fidelity_reason)
@@ -528,7 +528,7 @@ def test_without_budget_nothing_is_called_converged(out: Callable[[Case, int], f
     else:
         assert str(summary.fidelity_reason).endswith("the budget allows no more of them")
         assert summary.ensemble is not None and summary.ensemble.members == 1
-    assert not any("inf" in text for text in (str(summary.fidelity_reason), *(rung.verdict for rung in summary.ladder)))
+    assert not any("inf" in text for text in (str(summary.fidelity_reason), *(trial.verdict for trial in summary.trials)))
 
 
 # Runs that fail, and runs that are stopped
@@ -550,18 +550,18 @@ def test_run_cut_off_by_the_end_of_time_is_no_answer() -> None:
 @pytest.mark.parametrize("level_of", ["axisymmetric", "full"])
 def test_level_that_is_cut_off_is_no_answer(level_of: str, made_up: MadeUp) -> None:
     made_up.fate = lambda of, seed: "time_limit" if of.model.fidelity == level_of else ""
-    summary = climb(case(), 0.05).summary
+    summary = refine(case(), 0.05).summary
     assert (summary.outcome, summary.impact_velocity, summary.impact_velocity_error) == ("time_limit", None, None)
-    assert summary.ladder[-1].verdict == "cut off by time.end"
+    assert summary.trials[-1].verdict == "cut off by time.end"
     assert "raise time.end" in str(summary.fidelity_reason)
 
 
 def test_shell_that_diverges_on_every_grid_says_why() -> None:
-    rungs: list[Rung] = []
+    trials: list[Trial] = []
     with pytest.raises(Diverged, match="the fabric bursts"):
-        climb(case("no-belts", "fabric.E=1 kN/m"), 0.05, budget=0.0, report=rungs.append)
-    assert [rung.fidelity for rung in rungs] == ["lumped", "axisymmetric"]
-    assert rungs[1].verdict.startswith("diverged: ") and rungs[1].seconds > 0.0
+        refine(case("no-belts", "fabric.E=1 kN/m"), 0.05, budget=0.0, report=trials.append)
+    assert [trial.fidelity for trial in trials] == ["lumped", "axisymmetric"]
+    assert trials[1].verdict.startswith("diverged: ") and trials[1].seconds > 0.0
 
 
 @pytest.mark.parametrize("fidelity", ["axisymmetric", "full"])
@@ -569,21 +569,21 @@ def test_level_that_diverges_everywhere(fidelity: str, made_up: MadeUp) -> None:
     made_up.fate = lambda of, seed: "diverged" if of.model.fidelity == fidelity else ""
     if fidelity == "axisymmetric":
         with pytest.raises(Diverged):
-            climb(case(), 0.05)
+            refine(case(), 0.05)
         return
     with pytest.raises(Diverged):
-        climb(case("no-belts", "model.scheme=cell"), 0.05)
-    alone = climb(case(), 0.05).summary
+        refine(case("no-belts", "model.scheme=cell"), 0.05)
+    alone = refine(case(), 0.05).summary
     assert alone.impact_velocity == pytest.approx(3.0)
     assert alone.impact_velocity_error is None
     assert "no full shell reaches its end" in str(alone.fidelity_reason)
-    assert [rung.verdict for rung in alone.ladder if rung.fidelity == "full"] == ["diverged: diverged at 0.01 s"] * 2
+    assert [trial.verdict for trial in alone.trials if trial.fidelity == "full"] == ["diverged: diverged at 0.01 s"] * 2
 
 
 def test_finer_grid_that_diverges_is_no_claim(made_up: MadeUp) -> None:
     """Of the axisymmetric shell, where it is the twin of a full one as well."""
     made_up.fate = lambda of, seed: "diverged" if of.model.fidelity == "axisymmetric" and in_radius(of) > 14 else ""
-    summary = climb(case(), 0.05).summary
+    summary = refine(case(), 0.05).summary
     assert summary.impact_velocity == pytest.approx(3.0)
     assert summary.impact_velocity_error is None
 
@@ -591,11 +591,11 @@ def test_finer_grid_that_diverges_is_no_claim(made_up: MadeUp) -> None:
 def test_finer_full_shell_that_diverges_is_no_claim(made_up: MadeUp) -> None:
     """It is to show whether the shell stays round."""
     made_up.fate = lambda of, seed: "diverged" if of.model.fidelity == "full" and in_radius(of) > 14 else ""
-    summary = climb(case(), 0.05).summary
+    summary = refine(case(), 0.05).summary
     assert summary.impact_velocity == pytest.approx(3.0)
     assert summary.impact_velocity_error is None
     assert str(summary.fidelity_reason).endswith("; a finer full shell diverges")
-    assert [rung.generatrix for rung in summary.ladder if rung.verdict.startswith("diverged")] == [44]
+    assert [trial.generatrix for trial in summary.trials if trial.verdict.startswith("diverged")] == [44]
 
 
 @pytest.mark.parametrize(("lost", "last"), [(22, 108), (26, 130), (32, 156), (38, 188)])
@@ -603,18 +603,18 @@ def test_climb_goes_on_after_a_grid_that_diverges(lost: int, last: int, made_up:
     """With as many grids beside one another as ever, none of them coarser than the one that diverged."""
     made_up.energy = lambda of, seed: 9.0 + 1.0 / in_radius(of) ** 2
     made_up.fate = lambda of, seed: "diverged" if of.model.fidelity == "axisymmetric" and of.grid.generatrix == lost else ""
-    found = climb(case(), 0.05)
+    found = refine(case(), 0.05)
     assert (found.case.model.fidelity, found.case.grid.generatrix) == ("axisymmetric", last)
     assert reached(replace(case(), tolerance=0.05, insists=True), found.summary)
     energy = made_up.energy(found.case, 0)
     assert bar(found.summary) == pytest.approx(speed_range(energy, NEIGHBOURLY * (energy - 9.0))[1], rel=1e-6)
-    assert [rung.generatrix for rung in found.summary.ladder if rung.verdict.startswith("diverged")] == [lost]
+    assert [trial.generatrix for trial in found.summary.trials if trial.verdict.startswith("diverged")] == [lost]
 
 
 def test_members_that_diverge_are_left_out(made_up: MadeUp) -> None:
     made_up.out, made_up.energy = not_round, scattered
     made_up.fate = lambda of, seed: "diverged" if seed == 2 else ""
-    found = climb(case(), 0.03)
+    found = refine(case(), 0.03)
     assert found.summary.ensemble is not None
     fallen = [seed for of, seed in made_up.of("full") if of.grid == found.case.grid and seed != 2]
     assert found.summary.ensemble.members == len(fallen) >= ENOUGH
@@ -627,7 +627,7 @@ def test_companion_that_diverges_costs_the_error_bar_only(monkeypatch: pytest.Mo
     def diverging(of: Case, seed: int = 0) -> tuple[Summary, float]:
         raise lost
 
-    monkeypatch.setattr(ladder, "probe", diverging)
+    monkeypatch.setattr(error_control, "probe", diverging)
     summary = softbrake.run(of, with_error_bar=True)
     assert summary.impact_velocity == lost.summary.impact_velocity
     assert summary.impact_velocity_error is None
@@ -638,18 +638,18 @@ def test_companion_that_diverges_costs_the_error_bar_only(monkeypatch: pytest.Mo
 def test_interrupted_climb_gives_the_best_answer_so_far(out: Callable[[Case, int], float] | None, made_up: MadeUp) -> None:
     """At each of its runs; nothing before the first is done. A shell that is known not to stay round has no bar of round ones."""
     made_up.out, made_up.energy = out or made_up.out, scattered if out else made_up.energy
-    climb(case(), 0.03)
+    refine(case(), 0.03)
     runs = len(made_up.done)
     for last in range(runs):
         made_up.done.clear()
         made_up.fate = lambda of, seed, last=last: "interrupted" if len(made_up.done) == last else ""  # type: ignore[misc]
         if last == 0:
             with pytest.raises(KeyboardInterrupt) as caught:
-                climb(case(), 0.03)
+                refine(case(), 0.03)
             assert not isinstance(caught.value, Interrupted)
             continue
         with pytest.raises(Interrupted):
-            climb(case(), 0.03)
+            refine(case(), 0.03)
         made_up.done.clear()
         summary = softbrake.run(replace(case(), tolerance=0.03))
         assert (summary.outcome, summary.impact_velocity) == ("interrupted", pytest.approx(3.1, abs=0.15))
@@ -662,43 +662,43 @@ def test_interrupted_climb_gives_the_best_answer_so_far(out: Callable[[Case, int
 
 
 @pytest.fixture
-def member() -> Climb:
+def member() -> Refined:
     """A climb that ended at the third member of an ensemble of small full shells."""
     small = level(case("paper"), "full", 12, 24)
-    fallen = Drop(small)
+    fallen = Simulation(small)
     fallen.disturb(disturbance(small, 3), 3)
-    return Climb(small, replace(fallen.run(), impact_velocity=3.21, fidelity_reason="as found"), 3)
+    return Refined(small, replace(fallen.run(), impact_velocity=3.21, fidelity_reason="as found"), 3)
 
 
-def test_result_file_holds_the_disturbed_drop(member: Climb, tmp_path: Path) -> None:
-    kept = ladder._write(member, tmp_path / "a.vtkhdf", None)
+def test_result_file_holds_the_disturbed_drop(member: Refined, tmp_path: Path) -> None:
+    kept = error_control._write(member, tmp_path / "a.vtkhdf", None)
     assert kept.impact_velocity == 3.21
     assert read_history(tmp_path / "a.vtkhdf")["time"][-1] == pytest.approx(kept.impact_time, rel=1e-12)
     assert softbrake.run(member.case).impact_time != pytest.approx(kept.impact_time, rel=1e-6)
 
 
-def test_result_file_gives_back_the_ensemble(member: Climb, tmp_path: Path) -> None:
+def test_result_file_gives_back_the_ensemble(member: Refined, tmp_path: Path) -> None:
     several = replace(member.summary, ensemble=Ensemble(4, 3.1, 3.3, 1e-6, 1e-3), peak_errors={"peak_deceleration": 1.0})
-    kept = ladder._write(replace(member, summary=several), tmp_path / "a.vtkhdf", None)
+    kept = error_control._write(replace(member, summary=several), tmp_path / "a.vtkhdf", None)
     assert kept.ensemble == several.ensemble
     assert read_summary(tmp_path / "a.vtkhdf") == kept
 
 
-def test_answer_survives_a_result_file_that_diverges(member: Climb, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_answer_survives_a_result_file_that_diverges(member: Refined, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     def lost(*_: object) -> Summary:
         raise Diverged("diverged", replace(member.summary, outcome="diverged", results="a.vtkhdf"))
 
     monkeypatch.setattr(drop, "run", lost)
-    kept = ladder._write(member, tmp_path / "a.vtkhdf", None)
+    kept = error_control._write(member, tmp_path / "a.vtkhdf", None)
     assert (kept.impact_velocity, kept.outcome, kept.results) == (3.21, "impact", "a.vtkhdf")
     assert str(kept.fidelity_reason).endswith("the run that was to fill the result file diverged")
 
 
 def test_interrupt_while_the_result_file_is_written_is_told(
-    member: Climb, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    member: Refined, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(drop, "run", lambda *_: replace(member.summary, outcome="interrupted"))
-    assert ladder._write(member, tmp_path / "a.vtkhdf", None).outcome == "interrupted"
+    assert error_control._write(member, tmp_path / "a.vtkhdf", None).outcome == "interrupted"
 
 
 # Drops as they are
@@ -707,12 +707,12 @@ def test_interrupt_while_the_result_file_is_written_is_told(
 @pytest.mark.parametrize("tolerance", [0.05, 0.005])
 def test_round_shell_is_answered_by_the_axisymmetric_one(tolerance: float) -> None:
     """Within its error bar of a far finer grid, for the tolerance asked, and no finer than that needs."""
-    found = climb(case(), tolerance)
+    found = refine(case(), tolerance)
     summary = found.summary
     assert found.case.model.fidelity == "axisymmetric"
     assert abs(speed_of(summary) - fine(case())) <= bar(summary) <= tolerance * speed_of(summary)
-    assert [rung.fidelity for rung in summary.ladder][:2] == ["lumped", "axisymmetric"]
-    assert {rung.verdict.split(":")[0] for rung in summary.ladder if rung.fidelity == "full"} == {"round"}
+    assert [trial.fidelity for trial in summary.trials][:2] == ["lumped", "axisymmetric"]
+    assert {trial.verdict.split(":")[0] for trial in summary.trials if trial.fidelity == "full"} == {"round"}
     if tolerance == 0.05:
         assert found.case.grid.generatrix == 90  # twice 45, the fifth of the coarsest grids
 
@@ -727,7 +727,7 @@ def test_slack_fabric_that_crumples_is_answered_by_full_shells_and_kept(tmp_path
     assert summary.ensemble.least <= speed_of(summary) <= summary.ensemble.most
     kept, history = read_summary(tmp_path / "a.vtkhdf"), read_history(tmp_path / "a.vtkhdf")
     assert kept is not None
-    assert (kept.impact_velocity, kept.ladder) == (summary.impact_velocity, summary.ladder)
+    assert (kept.impact_velocity, kept.trials) == (summary.impact_velocity, summary.trials)
     assert summary.ensemble.least - 1e-9 <= -history["velocity"][-1] <= summary.ensemble.most + 1e-9
     assert f"{-history['velocity'][-1]:.4g} m/s" in str(summary.fidelity_reason)
 
@@ -735,9 +735,9 @@ def test_slack_fabric_that_crumples_is_answered_by_full_shells_and_kept(tmp_path
 def test_hoops_in_compression_are_for_the_full_shell_where_they_buckle() -> None:
     """Without contact of the cover the axisymmetric shell, which cannot buckle, answers less than the full one."""
     buckling = case("no-belts", "fabric.law=nominal_tension", "fabric.slack=compression", "contact=paper")
-    found = climb(buckling, 0.5, budget=0.0)
+    found = refine(buckling, 0.5, budget=0.0)
     assert found.case.model.fidelity == "full"
-    assert any("not round" in rung.verdict for rung in found.summary.ladder)
+    assert any("not round" in trial.verdict for trial in found.summary.trials)
     assert speed_of(found.summary) > 1.1 * fine(buckling, 36)
 
 
@@ -775,14 +775,14 @@ def test_command_prints_and_keeps_what_was_tried(softbrake: Command, tmp_path: P
     assert ran.returncode == 0, ran.stderr
     answer = json.loads(ran.stdout)
     assert answer["impact_velocity_error"] <= 0.02 * answer["impact_velocity"]
-    assert answer["ladder"][0]["fidelity"] == "lumped"
+    assert answer["trials"][0]["fidelity"] == "lumped"
     assert answer["fidelity_reason"] and answer["ensemble"] is None
     assert answer["peak_errors"].keys() == {"peak_deceleration", "peak_tension_generatrix", "peak_tension_hoop"}
     assert "full 29 x 80" in ran.stderr
     kept = read_summary(tmp_path / "no-belts.vtkhdf")
     assert kept is not None
     assert kept.impact_velocity == answer["impact_velocity"]
-    assert len(kept.ladder) == len(answer["ladder"])
+    assert len(kept.trials) == len(answer["trials"])
     shown = softbrake("info", "no-belts.vtkhdf")
     assert "axisymmetric" in shown.stdout and "±" in shown.stdout
 

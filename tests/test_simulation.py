@@ -40,8 +40,8 @@ def test_pictures_from_first_contact_to_impact(tmp_path: Path) -> None:
 @pytest.mark.parametrize(("contact", "most"), [("solid", 12), ("full", 40)])
 def test_memory_of_a_node(contact: str, most: int) -> None:
     """Doubles of a node of 36 x 90 cells: rows beside the six of places and velocities; folds begin with room for few pairs."""
-    ours = drop.Drop(softbrake.load_case(PAPER, [f"contact={contact}"]))
-    parts, doubles = [ours.state, ours.sweep], 0.0
+    ours = drop.Simulation(softbrake.load_case(PAPER, [f"contact={contact}"]))
+    parts, doubles = [ours.state, ours.workspace], 0.0
     while parts:
         part = parts.pop()
         if isinstance(part, tuple):
@@ -54,7 +54,7 @@ def test_memory_of_a_node(contact: str, most: int) -> None:
 @pytest.mark.skipif(sys.platform == "win32", reason="counts wall time: see drop.CLOCK")
 def test_kernel_seconds_count_no_time_that_others_take(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setitem(drop.KERNELS, "full", lambda *_: (time.sleep(0.3), (0, 0))[1])
-    waiting = drop.Drop(case())
+    waiting = drop.Simulation(case())
     waiting.advance()
     assert waiting.kernel_seconds < 0.1
 

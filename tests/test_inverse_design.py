@@ -13,8 +13,8 @@ import softbrake
 from softbrake.case.case import Case, CaseError, full_stop, level, load_case, quantities
 from softbrake.core.arrays import Pressure, PressureLaw
 from softbrake.core.pressure import pressure_at
-from softbrake.studies import inverse_design as design
-from softbrake.studies.error_control import Climb
+from softbrake.studies import inverse_design
+from softbrake.studies.error_control import Refined
 from softbrake.studies.inverse_design import NUDGE, WIDTH, NotReached, Point, Target, _close_in, ask, find, piston
 
 CONFIGS = Path(__file__).resolve().parents[1] / "configs"
@@ -125,13 +125,13 @@ def test_tolerance_chooses_the_level_and_checks_the_value_found(monkeypatch: pyt
     """By two climbs, made up: of the case, and of it with the value found."""
     climbed: list[float] = []
 
-    def made_up(case: Case, tolerance: float, budget: float, report: object) -> Climb:
+    def made_up(case: Case, tolerance: float, budget: float, report: object) -> Refined:
         climbed.append(case.pressure.value)
         chosen = level(case, "axisymmetric", 18, 120)
         answer = replace(softbrake.run(chosen), impact_velocity_error=0.1, fidelity_reason=f"{tolerance:g} in {budget:g} s")
-        return Climb(chosen, answer)
+        return Refined(chosen, answer)
 
-    monkeypatch.setattr(design, "climb", made_up)
+    monkeypatch.setattr(inverse_design, "climb", made_up)
     question = ask(NO_BELTS, ["tolerance=2%", "contact=solid"], budget=7.0)
     case = question.load(18e3)
     assert (case.model.fidelity, case.grid.generatrix, case.tolerance) == ("axisymmetric", 18, None)
@@ -146,9 +146,9 @@ def test_check_beside_the_target_is_said() -> None:
     """A climb that answers as the search did is within its errors, one that a tenth of the pressure is lost to is not."""
     question = ask(NO_BELTS, [LUMPED], target="impact_velocity=1.5 m/s")
 
-    def check(value: float) -> Climb:
+    def check(value: float) -> Refined:
         case = question.load(share * value)
-        return Climb(case, replace(softbrake.run(case), impact_velocity_error=0.01))
+        return Refined(case, replace(softbrake.run(case), impact_velocity_error=0.01))
 
     share = 1.0
     assert find(replace(question, check=check)).missed == ""

@@ -8,15 +8,15 @@ import numpy as np
 import pytest
 
 import softbrake
-from softbrake.core.arrays import PAD, Blows, Floats, Nodes, Outcome, Step
+from softbrake.core.arrays import PAD, Floats, Impulses, Nodes, Outcome, Step
 from softbrake.core.columns import History
-from softbrake.core.contact.belt_contact import deviation, inward_normal, part_lobes, part_nodes
+from softbrake.core.contact.belt_contact import deviation, inward_normal, resolve_belt_contact, separate_nodes
 from softbrake.core.contact.self_contact import shell_sheet
 from softbrake.core.lanes import close_nodes
 from softbrake.core.loop.push import push_row
 from softbrake.core.obstacles import GAP, press_row, rub_row
-from softbrake.sim.build import build_model, build_state, build_sweep, grid_view
-from softbrake.sim.simulation import Drop
+from softbrake.sim.build import build_model, build_state, build_workspace, grid_view
+from softbrake.sim.simulation import Simulation
 
 pytestmark = pytest.mark.kernels
 
@@ -82,9 +82,9 @@ def test_normal_points_to_the_gas() -> None:
     assert normal == pytest.approx((-cos(angle), -sin(angle), 0.0), abs=1e-12)
 
 
-def groove(contact: str, *others: str) -> Drop:
+def groove(contact: str, *others: str) -> Simulation:
     """A shell whose lobes fold over the belt in the middle and fly at each other, the upper one at 10 m/s, the lower at 4."""
-    drop = Drop(
+    drop = Simulation(
         softbrake.load_case(
             PAPER,
             [
@@ -161,8 +161,8 @@ def test_lobe_that_strays_beside_the_place_where_it_touches(column: int, around:
     z += dt * w
     momentum = model.mass @ grid_view(state.nodes.w, model).sum(axis=1)
     assert z[14, there] < z[10, there]
-    course = Step(dt=dt, length=dt, gravity=0.0, cover=0.6, next_cover=0.6, gap=GAP)
-    part_lobes(model, state.nodes, state.work, drop.sweep.by_column, drop.sweep.parting, course, False)
+    step = Step(dt=dt, length=dt, gravity=0.0, cover=0.6, next_cover=0.6, gap=GAP)
+    resolve_belt_contact(model, state.nodes, state.work, drop.workspace.by_column, drop.workspace.before_contact, step, False)
     assert z[13, at] - z[11, at] == pytest.approx(0.0, abs=1e-12)
     assert model.mass @ grid_view(state.nodes.w, model).sum(axis=1) == pytest.approx(momentum, rel=1e-12)
     if twist == 0.0:
@@ -178,13 +178,13 @@ def test_cargo_has_the_last_word_where_lobes_are_parted() -> None:
     model, state, dt = drop.model, drop.state, 1e-4
     nodes, impulse = state.nodes, np.zeros(2)
     a, b = (np.uint64(row * model.stride + PAD) for row in (11, 13))
-    course = Step(dt=dt, length=dt, gravity=0.0, cover=0.1, next_cover=0.1, gap=GAP)
+    step = Step(dt=dt, length=dt, gravity=0.0, cover=0.1, next_cover=0.1, gap=GAP)
     for node, radius, u in ((a, 0.2501, 0.0), (b, 0.2511, -20.0)):
         nodes.x[node], nodes.y[node], nodes.z[node] = radius + dt * u, 0.0, 0.3
         nodes.u[node], nodes.v[node], nodes.w[node] = u, 0.0, 0.0
-    blows = Blows(state.work.contact, drop.sweep.by_column.kinetic, impulse, None)
+    impulses = Impulses(state.work.contact, drop.workspace.by_column.kinetic, impulse, None)
     sheet, mass = shell_sheet(model, True), model.mass[11]
-    assert part_nodes(nodes, blows, course, sheet, a, b, 0, mass, mass, 1.0, 0.0, 0.0) == 1
+    assert separate_nodes(nodes, impulses, step, sheet, a, b, 0, mass, mass, 1.0, 0.0, 0.0) == 1
     for node in (a, b):
         assert nodes.x[node] == pytest.approx(model.contact.cargo_radius, rel=1e-12)
     assert nodes.u[a] == pytest.approx(-1.0, rel=1e-9)
@@ -212,7 +212,7 @@ def test_contact_works_its_impulses_times_the_mean_velocity(scheme: str, law: st
     for row in range(1, model.n1):
         close_nodes(state.nodes, np.uint64(row * model.stride + PAD), model.n2)
     state.kinetic_start[0] = 1e6  # J: what is stretched at the start is no divergence
-    free = drop.sweep.parting.free  # type: ignore[union-attr]
+    free = drop.workspace.before_contact.free  # type: ignore[union-attr]
     mass = model.mass[1:-1, None]
 
     def velocities(parts: tuple[Floats, ...]) -> Floats:
@@ -231,7 +231,7 @@ def test_contact_works_its_impulses_times_the_mean_velocity(scheme: str, law: st
 
 
 def test_no_contact_at_the_belts_while_the_shell_is_open() -> None:
-    drop = Drop(softbrake.load_case(PAPER, ["contact=belts", "grid={generatrix: 12, hoop: 16}"]))
+    drop = Simulation(softbrake.load_case(PAPER, ["contact=belts", "grid={generatrix: 12, hoop: 16}"]))
     while drop.now(History.TIME) < 0.01:
         drop.advance(most=10)
     assert drop.now(History.WORK_CONTACT) == 0.0
@@ -241,8 +241,8 @@ def slide(friction: float, up: bool) -> tuple[Floats, Floats]:
     """Way and speed of a row of loose nodes sliding at 2 m/s on the ground, or pressed up against the cover, by steps of 1 ms."""
     case = softbrake.load_case(PAPER, [f"friction={friction}", "belts.count=0", "contact=[ground, cover]"])
     model, row, dt = build_model(case), 3, 1e-3
-    state, sweep = build_state(case, model), build_sweep(model)
-    nodes, work, by_column = state.nodes, state.work, sweep.by_column
+    state, workspace = build_state(case, model), build_workspace(model)
+    nodes, work, by_column = state.nodes, state.work, workspace.by_column
     a = np.uint64(row * model.stride + PAD)
     contact = model.contact._replace(cover_radius=inf)
     gravity = -9.80665 if up else 9.80665
@@ -252,15 +252,33 @@ def slide(friction: float, up: bool) -> tuple[Floats, Floats]:
     nodes.z[line] = 0.6 - GAP if up else 0.0
     nodes.w[line] = 0.0
     nodes.u[line], nodes.v[line] = 2.0 * np.cos(angle), 2.0 * np.sin(angle)
-    for part in (*sweep.force, *sweep.area, sweep.pressure):
+    for part in (*workspace.force, *workspace.area, workspace.pressure):
         part[:] = 0.0
     way, speed = [], []
     mass = model.mass[row]
-    where, scratch = np.uint64(PAD), sweep.force_above
+    where, scratch = np.uint64(PAD), workspace.force_above
     for _ in range(1000):
-        push_row(nodes, sweep.force, sweep.area, sweep.pressure, sweep.mean, work, by_column, contact, step, mass, a, where, 90)
-        rub_row(nodes, scratch, sweep.area, sweep.pressure, sweep.mean, work, by_column, contact, step, mass, a, where, 90)
-        press_row(nodes, scratch, sweep.area, sweep.pressure, sweep.mean, work, by_column, contact, step, mass, a, where, 90)
+        push_row(
+            nodes,
+            workspace.force,
+            workspace.area,
+            workspace.pressure,
+            workspace.mean,
+            work,
+            by_column,
+            contact,
+            step,
+            mass,
+            a,
+            where,
+            90,
+        )
+        rub_row(
+            nodes, scratch, workspace.area, workspace.pressure, workspace.mean, work, by_column, contact, step, mass, a, where, 90
+        )
+        press_row(
+            nodes, scratch, workspace.area, workspace.pressure, workspace.mean, work, by_column, contact, step, mass, a, where, 90
+        )
         way.append(np.hypot(nodes.x[a], nodes.y[a]) - 0.25)
         speed.append(np.hypot(nodes.u[a + np.uint64(7)], nodes.v[a + np.uint64(7)]))
     assert work.contact.sum() == pytest.approx(0.5 * mass * 90 * (speed[-1] ** 2 - 2.0**2), rel=1e-9, abs=1e-12)
