@@ -31,7 +31,7 @@ from softbrake.core.arrays import (
     Peak,
     Pressure,
     PressureLaw,
-    Rows,
+    Vectors,
 )
 from softbrake.core.columns import History
 from softbrake.core.jit import NoAlias, kernel
@@ -157,11 +157,11 @@ def vectors(rows: Any, model: Model) -> Floats:
     return np.stack([grid_view(part, model) for part in (rows.x, rows.y, rows.z)], axis=-1)
 
 
-def gather(model: Model, rows: range, add: Callable[[int, Rows, Rows], None]) -> Floats:
+def gather(model: Model, rows: range, add: Callable[[int, Vectors, Vectors], None]) -> Floats:
     """Sum on the whole shell what kernels add to a row and to the one above it."""
     total = np.zeros((model.n1 + 1, model.n2, 3))
     for i in rows:
-        row, above = (Rows(*(np.zeros(model.stride) for _ in Rows._fields)) for _ in range(2))
+        row, above = (Vectors(*(np.zeros(model.stride) for _ in Vectors._fields)) for _ in range(2))
         add(i, row, above)
         total[i] += on_row(row, model)
         total[i + 1] += on_row(above, model)
@@ -219,7 +219,7 @@ def test_edge_tensions_and_forces(shell: Shell) -> None:
 
     def forces(g: Edges, h: Edges) -> Floats:
         # Hoops of rows 0 and n1, which are held, have no forces here, nor has row n1 of generatrix edges: it serves as row -1.
-        row, forces = Rows(*(np.zeros(model.stride) for _ in Rows._fields)), []
+        row, forces = Vectors(*(np.zeros(model.stride) for _ in Vectors._fields)), []
         for i in range(model.n1 + 1):
             fabric.update_edge_forces(g, h, row, at(model, i), at(model, i - 1 if i > 0 else model.n1), at(model, i), model.n2)
             forces.append(on_row(row, model))
@@ -241,7 +241,7 @@ def test_cell_tensions_and_forces(shell: Shell) -> None:
         close(tension_2[PAD : PAD + model.n2], hoop.whole[i])
 
     def forces(cells: Cells) -> Floats:
-        def add(i: int, row: Rows, above: Rows) -> None:
+        def add(i: int, row: Vectors, above: Vectors) -> None:
             here, upper = at(model, i), at(model, i + 1)
             fabric.add_cell_forces(g, h, cells, row, above, here, here, upper, here, model.n2)
 
@@ -257,7 +257,7 @@ def test_shear_forces(shell: Shell) -> None:
     model, (g, h, cells), wrinkled = shell.model, whole_grid(shell.model, shell.nodes), []
     cloth, tensions = model.fabric._replace(g12=300.0), np.zeros((2, model.stride))
 
-    def add(i: int, row: Rows, above: Rows) -> None:
+    def add(i: int, row: Vectors, above: Vectors) -> None:
         here, upper = at(model, i), at(model, i + 1)
         wrinkled.append(fabric.update_shear(cloth, g, h, cells, here, here, upper, here, model.n2))
         fabric.add_shear_forces(g, h, cells, row, above, here, here, upper, here, model.n2)
@@ -275,7 +275,7 @@ def test_belt_tensions_and_forces(shell: Shell) -> None:
     rows = np.flatnonzero(model.belts.width)
 
     def forces(which: str) -> Floats:
-        def add(i: int, row: Rows, above: Rows) -> None:
+        def add(i: int, row: Vectors, above: Vectors) -> None:
             if i not in rows:
                 return
             belt, tension = BeltRow(*(np.zeros(model.stride) for _ in BeltRow._fields)), np.zeros(model.stride)
@@ -317,7 +317,7 @@ def test_damped_pressure(shell: Shell) -> None:
     expected = naive.damped_pressure(law, 15e3, shell.v, area)
     assert expected.min() < 0.0 < expected.max()
     for i in range(model.n1 + 1):
-        rows, found = Rows(*(np.zeros(model.stride) for _ in Rows._fields)), np.zeros(model.stride)
+        rows, found = Vectors(*(np.zeros(model.stride) for _ in Vectors._fields)), np.zeros(model.stride)
         for component, flat in enumerate(rows):
             flat[PAD : PAD + model.n2] = area[i, :, component]
         pressure.update_damped_pressure(law, 15e3, shell.nodes, rows, found, at(model, i), model.n2)

@@ -4,7 +4,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from softbrake.core.arrays import PAD, Cells, Edges, Floats, Model, Nodes, Rows
+from softbrake.core.arrays import PAD, Cells, Edges, Floats, Model, Nodes, Vectors
 from softbrake.core.membrane.area import update_area_vectors
 from softbrake.core.membrane.edges import update_edges
 
@@ -22,7 +22,7 @@ def at(model: Model, row: int, column: int = 0) -> np.uint64:
     return np.uint64(row * model.stride + PAD + column)
 
 
-def on_row(row: Rows, model: Model) -> Floats:
+def on_row(row: Vectors, model: Model) -> Floats:
     """A row of vectors, (n2, 3)."""
     return np.stack([part[PAD : PAD + model.n2] for part in row], axis=-1)
 
@@ -46,7 +46,7 @@ def area_vectors(model: Model, nodes: Nodes) -> Floats:
     # One more row, of no edges, stands for those beyond both covers.
     g, h = (Edges(*(np.append(part, np.zeros(model.stride)) for part in edges)) for edges in (whole.generatrix, whole.hoop))
     for i in range(n1 + 1):
-        row = Rows(*(np.zeros(model.stride) for _ in Rows._fields))
+        row = Vectors(*(np.zeros(model.stride) for _ in Vectors._fields))
         here, below, above = (at(model, k if 0 <= k <= n1 else n1 + 1) for k in (i, i - 1, i + 1))
         update_area_vectors(g, h, row, here, below, here, above, below, model.n2)
         areas.append(on_row(row, model))

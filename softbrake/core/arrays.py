@@ -333,7 +333,23 @@ class Cells(NamedTuple):
     shear: Floats  # corner force of T12 over the sum of the two edges of the other direction
 
 
-class Rows(NamedTuple):
+class Row(NamedTuple):
+    """A row of a walk over the shell, and where its parts stand in flat arrays, see core.loop.rows."""
+
+    i: int
+    node: int  # its column 0 of nodes
+    row: int  # of two rows of mean velocities, cells and generatrix edges: its own, those above it
+    below: int  # those of the row below, and below it
+    hoop: int  # of three rows of hoop edges: its own
+    hoop_above: int  # those of the row above
+    hoop_below: int
+    has_below: bool  # whether the walk has a row below
+    has_above: bool
+    inside: bool  # whether it has both: its nodes are free
+    belted: bool  # whether it is free and carries a belt
+
+
+class Vectors(NamedTuple):
     """One row of vectors at the nodes, or two; each flat, (rows*stride,)."""
 
     x: Floats
@@ -377,7 +393,7 @@ class Meridian(NamedTuple):
     ground_impulse: Floats  # N s, of the ground on the node in the push
     impulse: Floats  # (2,), N s, as in Impulses
     by_row: ByRow
-    area: Rows  # m^2, area vectors of the nodes outwards; node i at PAD + i
+    area: Vectors  # m^2, area vectors of the nodes outwards; node i at PAD + i
     belt_rows: Ints  # rows that carry a belt
 
 
@@ -403,7 +419,7 @@ class BeforeContact(NamedTuple):
     """The shell before its lobes and folds were parted in the step, each (nodes,), or of size 1 where neither is asked for."""
 
     before: Nodes  # velocities at n-1/2; of the rows that were parted and their neighbours also the places at n
-    free: Rows  # m/s, velocities at n+1/2 without parting
+    free: Vectors  # m/s, velocities at n+1/2 without parting
     impulse: Floats  # (2,), N s, as in Impulses
 
 
@@ -416,10 +432,10 @@ class Workspace(NamedTuple):
     tension_1: Floats  # N/m, T11 of the row under way, (stride,)
     tension_2: Floats  # N/m, T22 or N22
     cells: Cells
-    force: Rows  # N, of tensions on the nodes of the row under way
-    force_above: Rows  # N, on the nodes of the next row, from the cells below it
-    area: Rows  # m^2, area vectors of the nodes of the row under way, outwards
-    mean: Rows  # m/s, mean of the velocities at n-1/2 and n+1/2; 2 rows
+    force: Vectors  # N, of tensions on the nodes of the row under way
+    force_above: Vectors  # N, on the nodes of the next row, from the cells below it
+    area: Vectors  # m^2, area vectors of the nodes of the row under way, outwards
+    mean: Vectors  # m/s, mean of the velocities at n-1/2 and n+1/2; 2 rows
     pressure: Floats  # Pa, on the nodes of a row, (n2 in whole PADs,)
     maximum_generatrix: RunningMaximum
     maximum_hoop: RunningMaximum

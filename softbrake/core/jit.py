@@ -4,19 +4,16 @@ import hashlib
 import os
 import sys
 import tempfile
+import warnings
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from functools import cached_property
 from pathlib import Path
 from typing import Any
 
+import numba
 from numba import config, njit
 from numba.core import event
-from numba.core.codegen import JITCodeLibrary
-from numba.core.compiler import Compiler
-from numba.core.registry import CPUDispatcher
 
-OPTIONS = {"nogil": True, "error_model": "numpy", "no_cfunc_wrapper": True}
 PACKAGE = Path(__file__).resolve().parents[1]
 
 
@@ -42,7 +39,7 @@ def _cache_base() -> Path:
 def _cache_folder() -> Path:
     """Writable folder for this version of the kernels; a new temporary one where the user has none."""
     # Numba looks at a kernel's own file only: a changed helper or constant would leave stale machine code in one folder for all.
-    folder = _cache_base() / "softbrake" / hash_sources(PACKAGE / "core")
+    folder = _cache_base() / "softbrake" / (hash_sources(PACKAGE / "core") + ("" if INLINING is not None else "-plain"))
     try:
         folder.mkdir(parents=True, exist_ok=True)
     except OSError:
@@ -50,98 +47,23 @@ def _cache_folder() -> Path:
     return folder if os.access(folder, os.W_OK) else Path(tempfile.mkdtemp(prefix="softbrake-"))
 
 
+def _inlining() -> Any:
+    """The module that inlines kernels; None for plain `njit`: on request, or where Numba's inside is not the one it knows."""
+    if os.environ.get("SOFTBRAKE_SIMPLE_JIT") == "1":
+        return None
+    try:
+        from softbrake.core import inlining
+    except ImportError:
+        known = False
+    else:
+        known = inlining.is_known(numba.__version__)
+    if not known:
+        warnings.warn(f"Numba {numba.__version__} was not tested: kernels are compiled plainly, and take longer", stacklevel=2)
+    return inlining if known else None
+
+
+INLINING = _inlining()
 CACHE_FOLDER = _cache_folder()
-
-
-class NoAlias(Compiler):
-    """Compiles with the promise that no two arrays given to a kernel overlap where one of them is written.
-
-    LLVM else tests this at run time before each loop it vectorises, pair by pair of arrays, or gives up where they are many:
-    52 against 188 ns for update_edges on 96 columns.
-
-    Kernels allocate nothing, so they do not count references either: each count is atomic, and one is due whenever an array is
-    taken out of a tuple. And they are inlined, all of them: to call one means to copy the tuples it is given, seven words an
-    array. ns per node and step, and seconds of compilation:
-
-                        36 x 90      36 x 9      axisymmetric, 36       compilation
-        with both         13.9          75                       26            19 s
-        no counts         10.7          43                        8            11 s
-        and inlined        8.0          17                        6             8 s
-    """
-
-    def __init__(
-        self, typingctx: Any, targetctx: Any, library: Any, args: Any, return_type: Any, flags: Any, locals: Any
-    ) -> None:
-        flags.noalias = True
-        flags.nrt = False
-        flags.forceinline = True
-        super().__init__(typingctx, targetctx, library, args, return_type, flags, locals)
-
-
-class Part(JITCodeLibrary):
-    """The code of a kernel for those that call it, handed on as it stands.
-
-    Numba would optimise it with all it calls and make machine code of it, then do the same again in each of its callers. Since
-    all are inlined, only that of the outermost is ever run: half of the compilation of the full shell was for nothing.
-    """
-
-    _linking_libraries: list[Any]
-
-    def add_linking_library(self, library: Any) -> None:
-        library._ensure_finalized()
-        further = library._linking_libraries if isinstance(library, Part) else []
-        self._linking_libraries = [*dict.fromkeys([*self._linking_libraries, library, *further])]
-
-    def finalize(self) -> None:
-        self._finalized = True
-
-    def _get_module_for_linking(self) -> Any:
-        """Return this code and all that it calls."""
-        whole = super()._get_module_for_linking().clone()
-        for library in self._linking_libraries:
-            whole.link_in(JITCodeLibrary._get_module_for_linking(library), preserve=True)
-        return whole
-
-
-class Inner(NoAlias):
-    """Compiles a kernel as a Part. The promise of no overlap is left to the outermost, whose arrays they all are.
-
-    Repeated at each call it would fill three quarters of the code with scopes, and win nothing.
-    """
-
-    def compile_extra(self, function: Callable[..., Any]) -> Any:
-        state = self.state
-        state.library = Part(state.targetctx.codegen(), function.__qualname__)
-        state.flags.noalias = False
-        state.flags.no_compile = True
-        return super().compile_extra(function)
-
-
-class Kernel(CPUDispatcher):
-    """A function that kernels and Python call: for kernels it is a Part; where Python calls it, it gets an entry of its own."""
-
-    def __init__(self, function: Callable[..., Any]) -> None:
-        options = {**OPTIONS, "nopython": True, "no_cpython_wrapper": True}
-        super().__init__(function, targetoptions=options, pipeline_class=Inner)
-
-    @cached_property
-    def entry(self) -> Any:
-        """Numba's dispatcher of the kernel as the outermost; its machine code is cached, with all the parts in it."""
-        theirs = config.CACHE_DIR
-        config.CACHE_DIR = str(CACHE_FOLDER)
-        try:
-            return njit(cache=True, pipeline_class=NoAlias, **OPTIONS)(self.py_func)
-        finally:
-            config.CACHE_DIR = theirs
-
-    def __call__(self, *arguments: Any) -> Any:
-        return self.entry(*arguments)
-
-    def add_overload(self, compiled: Any) -> None:
-        """Keep a Part by its types, and tell Numba of it by its library: it has no entry point, which would be its name there."""
-        part = compiled.library
-        self.targetctx.insert_user_function(part, compiled.fndesc, [part])
-        self.overloads[tuple(compiled.signature.args)] = compiled._replace(entry_point=part)
 
 
 class _Announcement(event.Listener):
@@ -164,9 +86,18 @@ def before_compiling(say: Callable[[], None]) -> Iterator[None]:
         yield
 
 
-def kernel(function: Callable[..., Any]) -> Kernel:
-    """Compile at the first call, cache the machine code; division by zero gives inf as in NumPy. See NoAlias, Kernel.
+def kernel(function: Callable[..., Any]) -> Any:
+    """Compile at the first call, cache the machine code; division by zero gives inf as in NumPy. See core.inlining.
 
-    Kernels let other threads run: no two drops share an array.
+    Kernels let other threads run: no two drops share an array. Where Numba's inside is not known, or SOFTBRAKE_SIMPLE_JIT=1,
+    this is `njit`: the same digits, at twice the time.
     """
-    return Kernel(function)
+    if INLINING is not None:
+        return INLINING.Kernel(function, str(CACHE_FOLDER))
+    theirs, config.CACHE_DIR = config.CACHE_DIR, str(CACHE_FOLDER)
+    try:
+        plain = njit(cache=True, nogil=True, error_model="numpy")(function)
+    finally:
+        config.CACHE_DIR = theirs
+    plain.entry = plain
+    return plain

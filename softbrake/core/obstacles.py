@@ -25,6 +25,12 @@ def foresee(now, velocity, gravity, dt, length):
 
 
 @kernel
+def covers_in_the_way(contact, step):
+    """Return whether cover and cargo may stop the fabric: not where the cover is on the ground before the step ends."""
+    return (contact.cover == 1 or contact.cargo == 1) and step.next_cover > step.gap
+
+
+@kernel
 def allowed_place(contact, gap, x, y, z, new_x, new_y, new_z):
     """Return the place nearest to a node's new one that cover and cargo leave it, heights counted from the cover.
 

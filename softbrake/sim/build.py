@@ -31,12 +31,12 @@ from softbrake.core.arrays import (
     Nodes,
     Peak,
     PressureLaw,
-    Rows,
     RunningMaximum,
     Scheme,
     SelfContact,
     Source,
     State,
+    Vectors,
     WorkByColumn,
     Workspace,
 )
@@ -259,10 +259,10 @@ def build_workspace(model: Model, self_contact: bool = False) -> Workspace:
         tension_1=_rows(1, stride, ("tension_1",))[0],
         tension_2=_rows(1, stride, ("tension_2",))[0],
         cells=Cells(*_rows(2, stride, Cells._fields)),
-        force=Rows(*_rows(1, stride, Rows._fields)),
-        force_above=Rows(*_rows(1, stride, Rows._fields)),
-        area=Rows(*_rows(1, stride, Rows._fields)),
-        mean=Rows(*_rows(2, stride, Rows._fields)),
+        force=Vectors(*_rows(1, stride, Vectors._fields)),
+        force_above=Vectors(*_rows(1, stride, Vectors._fields)),
+        area=Vectors(*_rows(1, stride, Vectors._fields)),
+        mean=Vectors(*_rows(2, stride, Vectors._fields)),
         pressure=_rows(1, lanes, ("pressure",))[0],
         maximum_generatrix=RunningMaximum(*_rows(1, lanes, RunningMaximum._fields)),
         maximum_hoop=RunningMaximum(*_rows(1, lanes, RunningMaximum._fields)),
@@ -275,8 +275,8 @@ def build_workspace(model: Model, self_contact: bool = False) -> Workspace:
 
 def _parting(model: Model, self_contact: bool) -> BeforeContact:
     count, size = (model.n1 + 1, model.stride) if self_contact or model.belt_contact.below.size > 0 else (1, 1)
-    before, free = (_rows(count, size, fields) for fields in (Nodes._fields, Rows._fields))
-    return BeforeContact(Nodes(*before), Rows(*free), np.zeros(2))
+    before, free = (_rows(count, size, fields) for fields in (Nodes._fields, Vectors._fields))
+    return BeforeContact(Nodes(*before), Vectors(*free), np.zeros(2))
 
 
 def build_meridian(model: Model) -> Meridian:
@@ -286,7 +286,7 @@ def build_meridian(model: Model) -> Meridian:
     others = [name for name in Meridian._fields if name not in (*edges, "area", "belts", "belt_rows", "by_row", "impulse")]
     scratch = dict(zip(edges, _rows(1, nodes, edges), strict=True))
     scratch |= dict(zip(others, _rows(1, nodes, others, FREE), strict=True))
-    area = Rows(*_rows(1, PAD + nodes, Rows._fields, FREE))
+    area = Vectors(*_rows(1, PAD + nodes, Vectors._fields, FREE))
     rows = np.flatnonzero(model.belts.width)
     belts = Belts(*_rows(1, nodes, Belts._fields, FREE))
     constants = ((scratch["mass"], model.mass), (scratch["per_mass"], model.per_mass), *zip(belts, model.belts, strict=True))

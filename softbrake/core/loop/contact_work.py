@@ -8,20 +8,22 @@ against contact, contact takes less: its own work changes by the opposite of the
 
 from numba import uint64
 
-from softbrake.core.arrays import Scheme
 from softbrake.core.columns import History
 from softbrake.core.contact.belt_contact import may_fold, resolve_belt_contact
 from softbrake.core.contact.self_contact import resolve_self_contact, self_contact_due
 from softbrake.core.jit import kernel
-from softbrake.core.lanes import FIRST, ONE, close_edges, close_vectors, lanes
-from softbrake.core.loop.ledger import add_belt_work, add_cell_work, add_edge_work, add_shear_work
+from softbrake.core.lanes import FIRST, close_vectors, lanes
 from softbrake.core.loop.push import hold_row
-from softbrake.core.membrane.area import update_area_vectors
-from softbrake.core.membrane.belts import update_belt_tension
-from softbrake.core.membrane.edges import update_edges
-from softbrake.core.membrane.shear import add_diagonal_tension, update_shear
-from softbrake.core.membrane.tension import update_cell_tension, update_generatrix_tension, update_hoop_tension
-from softbrake.core.pressure import update_damped_pressure
+from softbrake.core.loop.rows import (
+    add_row_work,
+    begin_walk,
+    row_at,
+    update_row_areas,
+    update_row_edges,
+    update_row_pressure,
+    update_row_shear,
+    update_row_tensions,
+)
 
 
 @kernel
@@ -119,70 +121,36 @@ def works_of(work, j):
 def add_contact_work_of_shell(model, state, workspace, dt, length):
     """Add what the parting of lobes and folds changed of the works of the step, after all rows are pushed.
 
-    dt: from n-1/2 to n+1/2; length: from n to n+1 (s). Reads state.nodes at n+1, now[PRESSURE] of n, workspace.parting. Writes
-    state.work; scratch in workspace, which it goes through as sweep_rows does.
+    dt: from n-1/2 to n+1/2; length: from n to n+1 (s). Reads state.nodes at n+1, now[PRESSURE] of n, workspace.before_contact.
+    Writes state.work; scratch in workspace, which it goes through as take_step does.
     """
-    n1, n2, stride, fabric, belts = model.n1, model.n2, uint64(model.stride), model.fabric, model.belts
-    nodes, work, on_chords = state.nodes, state.work, state.now[History.PRESSURE] * model.hoop.gas
-    before, free = workspace.before_contact.before, workspace.before_contact.free
+    n1, n2, stride, nodes, work = model.n1, model.n2, uint64(model.stride), state.nodes, state.work
+    before, free, uniform = (
+        workspace.before_contact.before,
+        workspace.before_contact.free,
+        state.now[History.PRESSURE] * model.hoop.gas,
+    )
     first, last = find_jumps(nodes, free, n1, stride, n2)
     if first > last:
         return
-    g, h, belt, cells, mean, on_nodes = (
-        workspace.generatrix,
-        workspace.hoop,
-        workspace.belt,
-        workspace.cells,
-        workspace.mean,
-        workspace.pressure,
-    )
-    tension_1, tension_2 = workspace.tension_1, workspace.tension_2
-    edge_scheme, shear, sums = model.scheme == Scheme.EDGE, fabric.g12 > 0.0, workspace.force.x
+    sums, bottom, top, wrinkled = workspace.force.x, first - 1, last + 1, False
     for j in range(lanes(n2)):
         sums[j] = works_of(work, j)
-    for i in range(first - 1, last + 2):
+    for i in range(bottom, top + 1):
         return_row(nodes, before, uint64(i) * stride, stride, length)
-    start, wrinkled, wrinkled_below = uint64((first - 1) % 3) * stride + FIRST, False, False
-    update_edges(before, h, uint64(first - 1) * stride + FIRST, ONE, start, n2, fabric.h2)  # (2.6)
-    close_edges(h, start, n2)
-    for i in range(first - 1, last + 2):
-        node = uint64(i) * stride + FIRST
-        row, below = uint64(i % 2) * stride + FIRST, uint64((i + 1) % 2) * stride + FIRST
-        hoop, hoop_above = uint64(i % 3) * stride + FIRST, uint64((i + 1) % 3) * stride + FIRST
-        hoop_below = uint64((i + 2) % 3) * stride + FIRST
-        belted = first <= i <= last and belts.width[i] > 0.0
-        hold_row(mean, row, n2, 0.0)
-        if i <= last:
-            update_edges(before, h, node + stride, ONE, hoop_above, n2, fabric.h2)
-            close_edges(h, hoop_above, n2)
-            update_edges(before, g, node, stride, row, n2, fabric.h1)
-            close_edges(g, row, n2)
-        if belted:
-            update_belt_tension(belts, i, h, g, belt, tension_2, hoop, below, row, n2)  # (2.3)
-        if i <= last and edge_scheme:
-            update_generatrix_tension(fabric, g, h, tension_1, row, hoop, hoop_above, n2)  # (2.9)
-        if first <= i <= last and edge_scheme:
-            update_hoop_tension(fabric, h, g, tension_2, hoop, below, row, n2)
-        if i <= last and not edge_scheme:
-            update_cell_tension(fabric, g, h, cells, tension_1, tension_2, row, hoop, hoop_above, row, n2)
-        wrinkled, wrinkled_below = False, wrinkled
-        if i <= last and shear:
-            wrinkled = update_shear(fabric, g, h, cells, row, hoop, hoop_above, row, n2)
-        if wrinkled:
-            add_diagonal_tension(fabric, g, h, cells, tension_1, tension_2, row, hoop, hoop_above, row, n2, not edge_scheme)
-        if first <= i <= last:
-            halve_jumps(nodes, free, mean, node, row, n2)
-            update_area_vectors(g, h, workspace.area, row, below, hoop, hoop_above, hoop_below, n2)  # (2.7)
-            if model.pressure.damping > 0.0:
-                update_damped_pressure(model.pressure, on_chords, before, workspace.area, on_nodes, node, lanes(n2))  # (2.11)
-            add_node_work(workspace.area, on_nodes, mean, work, dt, model.gravity * model.mass[i], row, n2)
-        if belted:
-            add_belt_work(belt, h, mean, work.belts, work.viscous, row, hoop, dt, n2)
-        if i >= first and edge_scheme:
-            add_edge_work(g, h, mean, work.elastic, work.viscous, below, row, hoop, dt, n2)
-        if i >= first and (wrinkled_below or not edge_scheme):
-            add_cell_work(g, h, cells, mean, work.elastic, work.viscous, below, hoop_below, hoop, below, below, row, dt, n2)
-        if i >= first and shear:
-            add_shear_work(g, h, cells, mean, work.elastic, below, hoop_below, hoop, below, below, row, dt, n2)
+    begin_walk(model, before, workspace, row_at(model, bottom, bottom, top))
+    for i in range(bottom, top + 1):
+        at, wrinkled_below = row_at(model, i, bottom, top), wrinkled
+        update_row_edges(model, before, workspace, at)  # (2.6)
+        update_row_tensions(model, workspace, at, False)  # (2.3), (2.9)
+        wrinkled = update_row_shear(model, workspace, at, False)  # (2.2)
+        hold_row(workspace.mean, at.row, n2, 0.0)
+        if at.inside:
+            halve_jumps(nodes, free, workspace.mean, at.node, at.row, n2)
+            update_row_areas(model, workspace, at)  # (2.7)
+            update_row_pressure(model, before, workspace, at, uniform)  # (2.11)
+            weight = model.gravity * model.mass[i]
+            add_node_work(workspace.area, workspace.pressure, workspace.mean, work, dt, weight, at.row, n2)
+        add_row_work(model, work, workspace, at, wrinkled_below, dt)
     for j in range(lanes(n2)):
         work.contact[j] -= works_of(work, j) - sums[j]

@@ -5,8 +5,7 @@ from numba import uint64
 from softbrake.core.arrays import Scheme
 from softbrake.core.jit import kernel
 from softbrake.core.lanes import FIRST, ONE
-from softbrake.core.membrane.edges import update_edges
-from softbrake.core.membrane.tension import update_cell_tension, update_generatrix_tension, update_hoop_tension
+from softbrake.core.loop.rows import begin_walk, row_at, update_row_edges, update_row_tensions
 
 
 @kernel
@@ -16,28 +15,16 @@ def sample_fields(model, nodes, workspace, stretch_1, stretch_2, tension_1, tens
     A row on a cover takes the generatrix values of the edges next to it; its hoop edges are held and carry nothing.
     Reads model, nodes (viscous tensions from the velocities at n-1/2). Writes scratch in workspace as a step does.
     """
-    n1, n2 = model.n1, model.n2
-    stride = uint64(model.stride)
-    fabric, g, h, along, around = model.fabric, workspace.generatrix, workspace.hoop, workspace.tension_1, workspace.tension_2
-    edge_scheme = model.scheme == Scheme.EDGE
-    update_edges(nodes, h, FIRST - ONE, ONE, FIRST - ONE, n2 + 1, fabric.h2)
+    n1, n2, g, h = model.n1, model.n2, workspace.generatrix, workspace.hoop
+    along, around, edge_scheme = workspace.tension_1, workspace.tension_2, model.scheme == Scheme.EDGE
+    begin_walk(model, nodes, workspace, row_at(model, 0, 0, n1))
     for i in range(n1 + 1):
-        node = uint64(i) * stride + FIRST
-        row = uint64(i % 2) * stride + FIRST
-        below = uint64((i + 1) % 2) * stride + FIRST
-        hoop = uint64(i % 3) * stride + FIRST
-        hoop_above = uint64((i + 1) % 3) * stride + FIRST
-        if i < n1:
-            update_edges(nodes, g, node - ONE, stride, row - ONE, n2 + 2, fabric.h1)
-            update_edges(nodes, h, node + stride - ONE, ONE, hoop_above - ONE, n2 + 1, fabric.h2)
-        if i < n1 and edge_scheme:
-            update_generatrix_tension(fabric, g, h, along, row, hoop, hoop_above, n2)
-        if 0 < i < n1 and edge_scheme:
-            update_hoop_tension(fabric, h, g, around, hoop, below, row, n2)
-        if i < n1 and not edge_scheme:
-            update_cell_tension(fabric, g, h, workspace.cells, along, around, row, hoop, hoop_above, row, n2)
-        up = row if i < n1 else below
-        down = below if i > 0 else row
+        at = row_at(model, i, 0, n1)
+        update_row_edges(model, nodes, workspace, at)
+        update_row_tensions(model, workspace, at, False)
+        hoop = at.hoop
+        up = at.row if at.has_above else at.below
+        down = at.below if at.has_below else at.row
         for j in range(n2):
             c = uint64(j)
             stretch_2[i, j] = 1.0 + 0.5 * (h.e[hoop + c - ONE] + h.e[hoop + c])
@@ -45,7 +32,7 @@ def sample_fields(model, nodes, workspace, stretch_1, stretch_2, tension_1, tens
             t1 = along[FIRST + c] if edge_scheme else 0.5 * (along[FIRST + c - ONE] + along[FIRST + c])
             t2 = 0.5 * (around[FIRST + c - ONE] + around[FIRST + c])
             if edge_scheme:
-                tension_2[i, j] = t2 if 0 < i < n1 else 0.0
+                tension_2[i, j] = t2 if at.inside else 0.0
             else:
                 share(tension_2, i, j, n1, t2)
             share(tension_1, i, j, n1, t1)

@@ -35,12 +35,12 @@ def record_maximum(now, peaks, top, columns, column, which):
 
 
 @kernel
-def record_forces(now, peaks, maximum_1, maximum_2, maximum_belt, by_column, columns, dt, whole):
+def record_forces(now, peaks, workspace, columns, dt, whole):
     """Write the largest tensions of the step and the ground's impulse on the fabric to now, and raise the peaks."""
-    record_maximum(now, peaks, maximum_1, columns, History.TENSION_GENERATRIX, Peak.TENSION_GENERATRIX)
-    record_maximum(now, peaks, maximum_2, columns, History.TENSION_HOOP, Peak.TENSION_HOOP)
-    record_maximum(now, peaks, maximum_belt, columns, History.TENSION_BELT, Peak.TENSION_BELT)
-    now[History.GROUND_FORCE] += whole * (total(by_column.impulse, columns) / dt)
+    record_maximum(now, peaks, workspace.maximum_generatrix, columns, History.TENSION_GENERATRIX, Peak.TENSION_GENERATRIX)
+    record_maximum(now, peaks, workspace.maximum_hoop, columns, History.TENSION_HOOP, Peak.TENSION_HOOP)
+    record_maximum(now, peaks, workspace.maximum_belt, columns, History.TENSION_BELT, Peak.TENSION_BELT)
+    now[History.GROUND_FORCE] += whole * (total(workspace.by_column.impulse, columns) / dt)
 
 
 @kernel
