@@ -98,7 +98,7 @@ def exact(number: int) -> dict[str, float]:
     """Impact velocities of the axisymmetric shell of a scene: on the grid of its references, and on one five times as fine."""
     case = case_of(number)
     n1 = math.ceil(case.shell.height / (0.5 * case.shell.diameter) * FINE)
-    twin, limit = (simulation.run(level(case, "axisymmetric", cells, 120)) for cells in (n1, 5 * n1))
+    twin, limit = (simulation.simulate(level(case, "axisymmetric", cells, 120)) for cells in (n1, 5 * n1))
     return {"twin": speed_of(twin), "limit": speed_of(limit)}
 
 

@@ -77,7 +77,7 @@ def disturbed(contact: str, *overrides: str) -> tuple[list[float], float]:
         drop = Simulation(case)
         drop.advance(most=0)
         drop.disturb(DISTURBANCE * 0.5 * case.shell.diameter, seed)
-        summary = drop.run()
+        summary = drop.to_end()
         velocities.append(summary.impact_velocity or math.nan)
         seconds.append(summary.kernel_seconds)
     return velocities, mean(seconds)

@@ -132,7 +132,7 @@ def gains(case: Case) -> bool:
     """Whether fabric and belts give more than GAIN of the initial energy from nowhere."""
     drop = Simulation(case)
     try:
-        drop.run()
+        drop.to_end()
     except softbrake.Diverged:
         return True
     return max(drop.made().values()) > GAIN * initial_energy(drop.case, drop.model)
@@ -168,7 +168,7 @@ def drops(count: int = 1000, first: int = 0, narrow: bool = True) -> None:
     for seed in range(first, first + count):
         drop = Simulation(random_case(seed, narrow))
         try:
-            summary = drop.run()
+            summary = drop.to_end()
             residual = max(residual, abs(summary.energy_error))
             gained[seed] = max(summary.energy_made.values())
             outcome = summary.outcome

@@ -121,7 +121,7 @@ class MadeUp:
 
 @pytest.fixture(scope="module")
 def base() -> Summary:
-    return drop.run(level(case(), "lumped", 8, 8))
+    return drop.simulate(level(case(), "lumped", 8, 8))
 
 
 @pytest.fixture
@@ -667,7 +667,7 @@ def member() -> Refined:
     small = level(case("paper"), "full", 12, 24)
     fallen = Simulation(small)
     fallen.disturb(disturbance(small, 3), 3)
-    return Refined(small, replace(fallen.run(), impact_velocity=3.21, fidelity_reason="as found"), 3)
+    return Refined(small, replace(fallen.to_end(), impact_velocity=3.21, fidelity_reason="as found"), 3)
 
 
 def test_result_file_holds_the_disturbed_drop(member: Refined, tmp_path: Path) -> None:

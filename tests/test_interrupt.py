@@ -66,4 +66,4 @@ def test_a_run_at_its_last_chunk_does_not_lose_it() -> None:
         signal.raise_signal(signal.SIGINT)
 
     with pytest.raises(KeyboardInterrupt):
-        drop.run(None, at_once)
+        drop.to_end(None, at_once)

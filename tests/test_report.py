@@ -15,7 +15,7 @@ from softbrake.core.columns import History
 from softbrake.report.html import result_page, sweep_page, write_report
 from softbrake.report.page import BUCKETS, Curve, Mark, table, work_precision
 from softbrake.sim.result_file import ResultError, ResultFile, read_history, replace_summary
-from softbrake.sim.simulation import run
+from softbrake.sim.simulation import simulate
 from softbrake.sim.summary import FilteredPeaks, Peak, Sensitivities, Sensitivity
 
 VOID = {"meta"}
@@ -303,7 +303,7 @@ def test_command(softbrake: Command, tmp_path: Path) -> None:
 
 def test_lumped_run_has_no_tensions_to_show(tmp_path: Path) -> None:
     case = load_case(ROOT / "configs" / "no-belts.yaml", ["model.fidelity=lumped", "fabric.strength=30 kN/m"])
-    run(case, tmp_path / "gas.vtkhdf")
+    simulate(case, tmp_path / "gas.vtkhdf")
     words = Page(result_page(tmp_path / "gas.vtkhdf")).words.lower()
     assert "net of gravity" in words
     assert not [shown for shown in ("peak tension", "largest tensions", "margin, fabric") if shown in words]

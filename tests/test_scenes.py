@@ -79,7 +79,7 @@ def cells(number: int) -> str:
 
 def test_tall_shell_with_a_belt() -> None:
     """On its default grid; finer ones tend to 2.930 m/s and 9.41 kN/m."""
-    answer = drop.run(case(TALL, AXISYMMETRIC))
+    answer = drop.simulate(case(TALL, AXISYMMETRIC))
     assert answer.impact_velocity == pytest.approx(2.930, abs=0.005)
     assert answer.peak_tension_hoop == pytest.approx(9410.0, rel=0.01)
     assert answer.doubt is None
@@ -102,7 +102,7 @@ def most_hoop_tension(of: Case) -> float:
 def test_hoops_inflated_at_once(text: str, most: float) -> None:
     """36 cells find the peak of 72; both stay below the bound of rings, and the coarse one below twice p R."""
     coarse, finer = (case(text, AXISYMMETRIC, cells(number)) for number in (36, 72))
-    answers = [drop.run(coarse), drop.run(finer)]
+    answers = [drop.simulate(coarse), drop.simulate(finer)]
     assert [answer.outcome for answer in answers] == ["stopped"] * 2
     hoop = [answer.peak_tension_hoop or 0.0 for answer in answers]
     assert hoop[0] == pytest.approx(hoop[1], rel=0.05)
@@ -112,21 +112,21 @@ def test_hoops_inflated_at_once(text: str, most: float) -> None:
 @pytest.mark.parametrize("hoop", [8, 30, 120, 10_000])
 def test_true_tensions_without_belts(hoop: int) -> None:
     """Columns are no part of the axisymmetric shell."""
-    answer = drop.run(case(PRINTED, f"grid.hoop={hoop}"))
+    answer = drop.simulate(case(PRINTED, f"grid.hoop={hoop}"))
     assert answer.impact_velocity == pytest.approx(1.4916, abs=3e-4)
 
 
 @pytest.mark.parametrize("number", [12, 36, 54])
 @pytest.mark.parametrize("modulus", [100, 400])
 def test_stiff_cloth_ends(modulus: int, number: int) -> None:
-    answer = drop.run(case(STIFF, AXISYMMETRIC, cells(number), f"fabric.E={modulus} kN/m"))
+    answer = drop.simulate(case(STIFF, AXISYMMETRIC, cells(number), f"fabric.E={modulus} kN/m"))
     assert (answer.outcome, answer.doubt) == ("impact", None)
     assert answer.impact_velocity == pytest.approx(3.2, abs=0.1)
 
 
 def test_error_bar_of_a_fast_drop_holds_a_far_finer_grid() -> None:
     answer = error_control.run(case(FAST), with_error_bar=True)
-    fine = drop.run(case(FAST, cells(240)))
+    fine = drop.simulate(case(FAST, cells(240)))
     assert fine.impact_velocity == pytest.approx(3.295, abs=5e-4)
     assert answer.impact_velocity is not None and answer.impact_velocity_error is not None
     assert abs(answer.impact_velocity - fine.impact_velocity) <= answer.impact_velocity_error < 0.05 * fine.impact_velocity
@@ -142,7 +142,7 @@ def drawn() -> Callable[[int, float], Summary]:
 
     def answer(seed: int, damping: float) -> Summary:
         if (seed, damping) not in known:
-            known[seed, damping] = drop.run(case(scene(seed, damping), AXISYMMETRIC, cells(36)))
+            known[seed, damping] = drop.simulate(case(scene(seed, damping), AXISYMMETRIC, cells(36)))
         return known[seed, damping]
 
     return answer
@@ -165,7 +165,7 @@ def test_hoop_tensions_of_drawn_scenes_are_those_of_twice_as_many_cells(drawn: C
     """Within 5 %, but for four scenes: there the swing after the first, of the wall's foot, is the larger one on 72 cells."""
     off = {}
     for seed in SEEDS:
-        fine = drop.run(case(scene(seed), AXISYMMETRIC, cells(72))).peak_tension_hoop
+        fine = drop.simulate(case(scene(seed), AXISYMMETRIC, cells(72))).peak_tension_hoop
         assert fine is not None
         off[seed] = (drawn(seed, 0.03).peak_tension_hoop or 0.0) / fine - 1.0
     assert max(map(abs, off.values())) < 0.09
@@ -190,9 +190,9 @@ grid: {{generatrix: {36 if slender < 2 else 108}}}
 model: {{fidelity: axisymmetric}}
 """)
 
-    assert drop.run(of(0.8)).outcome in ("impact", "stopped")
+    assert drop.simulate(of(0.8)).outcome in ("impact", "stopped")
     with pytest.raises(Diverged, match="the fabric bursts"):
-        drop.run(of(1.2))
+        drop.simulate(of(1.2))
 
 
 # Contact
@@ -204,7 +204,7 @@ def test_slack_cloth_takes_no_more_momentum_than_its_own_mass_has(grid: str) -> 
     of = case(STIFF, "fabric.E=20 kN/m", "cargo.mass=1 kg", "pressure.value=0 Pa", f"grid={grid}", "contact=full")
     assert of.model.fidelity == "full"
     cloth = math.pi * of.shell.diameter * of.shell.height * of.fabric.areal_density
-    answer = drop.run(of)
+    answer = drop.simulate(of)
     assert answer.impact_velocity is not None and answer.doubt is None
     lost = of.cargo.mass * (answer.free_fall_velocity - answer.impact_velocity)
     assert 0.0 < lost <= cloth * answer.free_fall_velocity
@@ -321,7 +321,7 @@ def test_either_of_poisson_s_ratios_gives_the_other() -> None:
     """nu12 E11 = nu21 E22: the same drop by one, the other or both; in one section a contradiction is bad input."""
     woven = ("fabric={E11: 100 kN/m, E22: 50 kN/m, areal_density: 0.05, damping_ratio: 3 %}", AXISYMMETRIC, cells(12))
     speeds = {
-        drop.run(case(STIFF, *woven, *given)).impact_velocity
+        drop.simulate(case(STIFF, *woven, *given)).impact_velocity
         for given in (["fabric.nu12=0.1"], ["fabric.nu21=0.2"], ["fabric.nu12=0.1", "fabric.nu21=0.2"])
     }
     assert len(speeds) == 1

@@ -542,7 +542,7 @@ def test_folds_of_a_whole_drop() -> None:
     assert pierced(falling, 20) == 0
     assert falling.state.self_contact.counts[ContactCount.MISSED] == 0
     assert falling.state.self_contact.counts[ContactCount.PASSES] > 100
-    assert falling.run(None, None).outcome == "impact"
+    assert falling.to_end().outcome == "impact"
     assert falling.state.self_contact.counts[ContactCount.MISSED] <= 50
     assert falling.state.self_contact.penetration[0] < 0.01
     assert pierced(without, 20) > 1000
@@ -781,7 +781,7 @@ def test_arrays_grow_with_the_pairs() -> None:
     few = falling.state.self_contact
     small = few._replace(**{name: getattr(few, name)[:3].copy() for name in BY_PAIR})
     falling.state = falling.state._replace(self_contact=small)
-    summary = falling.run(None, None)
+    summary = falling.to_end()
     assert summary.outcome == "impact"
     self_contact = falling.state.self_contact
     assert (
@@ -797,6 +797,6 @@ def test_arrays_grow_with_the_pairs() -> None:
 def test_heap_of_cloth() -> None:
     """Free fall without gas: the wall crumples into a heap, and the run goes on to impact, little slower than free fall."""
     falling = drop(*CRUSH, "pressure.value=0 Pa", "belts.count=0")
-    summary = falling.run(None, None)
+    summary = falling.to_end()
     assert summary.outcome == "impact"
     assert summary.impact_velocity == pytest.approx(summary.free_fall_velocity, rel=0.03)

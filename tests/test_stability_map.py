@@ -193,7 +193,7 @@ def test_energy_that_a_disturbance_stores_is_no_gain(config: str) -> None:
     falling.disturb(2e-3 * 0.5 * case.shell.diameter, seed=1)
     energy = initial_energy(case, falling.model)
     fabric, belts = falling.state.stored
-    answer = falling.run()
+    answer = falling.to_end()
     assert LARGEST_GAIN * energy < answer.work.elastic < fabric
     assert answer.work.belts <= belts
     assert (belts > LARGEST_GAIN * energy) == bool(case.belts)
@@ -205,7 +205,7 @@ def test_disturbed_drop_is_not_doubtful() -> None:
     case = level(load_case(CONFIGS / "no-belts.yaml", ["fabric.law=tension_field", "contact=solid"]), "full", 44, 120)
     falling = Simulation(case)
     falling.disturb(2e-3 * 0.5 * case.shell.diameter, seed=2)
-    answer = falling.run()
+    answer = falling.to_end()
     assert (answer.outcome, answer.doubt) == ("impact", None)
 
 
@@ -321,7 +321,7 @@ def test_random_drops_do_not_diverge(first: int) -> None:
     """A sample of the thousand of benchmarks/stability.py."""
     for seed in range(first, first + 8):
         falling = Simulation(random_case(seed))
-        assert max(falling.run().energy_made.values()) < 0.01, seed
+        assert max(falling.to_end().energy_made.values()) < 0.01, seed
 
 
 BEYOND = ("grid={generatrix: 12, hoop: 24}", "fabric.slack=compression", "time.courant=1.3")  # where no slack saves the run

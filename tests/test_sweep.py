@@ -21,7 +21,7 @@ from softbrake.case.case import CaseError, load_case
 from softbrake.core.columns import UNITS, History
 from softbrake.report import sweep as sweep_results
 from softbrake.sim.result_file import HISTORY_DTYPE, read_history
-from softbrake.sim.simulation import Simulation, run
+from softbrake.sim.simulation import Simulation, simulate
 from softbrake.studies import batch, sweep
 from softbrake.studies.axes import Designs, key_of, load_designs
 from softbrake.studies.sweep import Run, Shard, SweepError, merge_folders, read_journals, run_id, run_sweep
@@ -161,7 +161,7 @@ def test_batch_threads_and_single_runs_give_the_same_numbers(tmp_path: Path) -> 
     plan = run_sweep(designs, tmp_path)
     known = read_journals(tmp_path)
     for one, design in zip(plan.runs, designs.all, strict=True):
-        alone = Simulation(design.case).run()
+        alone = Simulation(design.case).to_end()
         kept = known[one.id]["summary"]
         for name in ("impact_velocity", "peak_deceleration", "peak_tension_hoop", "energy_error", "steps", "end_time"):
             assert kept[name] == getattr(alone, name)
@@ -231,7 +231,7 @@ def test_histories_are_kept_by_id(tmp_path: Path) -> None:
     alone = tmp_path / "drop.vtkhdf"
     with h5py.File(tmp_path / "histories.h5") as file:
         for one, design in zip(plan.runs, designs.all, strict=True):
-            run(design.case, alone)
+            simulate(design.case, alone)
             assert file[one.id].dtype == HISTORY_DTYPE
             assert np.array_equal(file[one.id][:], read_history(alone))
         assert file.attrs["time"] == UNITS[History.TIME]
@@ -376,7 +376,7 @@ def test_columns_have_units_and_the_timings_come_last(tmp_path: Path) -> None:
         "wall_seconds": "s",
     }
     assert {name: units[name] for name in expected} == expected
-    alone = Simulation(designs.all[0].case).run()
+    alone = Simulation(designs.all[0].case).to_end()
     assert float(table[0]["impact_velocity"]) == alone.impact_velocity
     assert float(table[0]["work_pressure"]) == alone.work.pressure
     hoop = alone.peaks["peak_tension_hoop"]

@@ -174,7 +174,9 @@ class ResultFile:
         self._kept, self._bytes_kept, self._written = {}, 0, time.monotonic()
 
     def write_summary(self, summary: Summary) -> None:
-        """Keep the answer; a file without one is from a run that was killed."""
+        """Keep the answer, over an earlier one; a file without one is from a run that was killed."""
+        if "softbrake/summary" in self._file:
+            del self._file["softbrake/summary"]
         self._file["softbrake/summary"] = json.dumps(asdict(summary))
         self._write()
 

@@ -6,7 +6,8 @@ import math
 import os
 import sys
 import time
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Iterator
+from contextlib import contextmanager
 from functools import cached_property
 from pathlib import Path
 from typing import NamedTuple
@@ -118,28 +119,38 @@ def compile_kernels(wanted: Iterable[tuple[str, bool]] = ALL_KERNELS, report: Ca
         pressure_at(one.model.pressure, 0.0)
 
 
-def run(
-    case: Case,
-    results: str | Path | None = None,
-    progress: Callable[[Progress], None] | None = None,
-    amend: Callable[[Summary], Summary] | None = None,
-    disturbed: tuple[float, int] | None = None,
-) -> Summary:
-    """Run a drop to impact, full stop or `time.end` and return its answer.
+def prepare(case: Case, disturbed: tuple[float, int] | None = None) -> Simulation:
+    """Return a drop at its start, its kernels loaded or compiled. disturbed: size (m) and seed, see `Simulation.disturb`.
 
-    results: path of the result file to write, or None for none. progress: called after each chunk of steps, some 15 ms. amend:
-    completes the answer before it is kept. disturbed: size (m) and seed, as of `Drop.disturb`.
+    Raises NotInflated.
+    """
+    falling = Simulation(case)
+    falling.advance(most=0)
+    if disturbed is not None:
+        falling.disturb(*disturbed)
+    return falling
+
+
+@contextmanager
+def recorded(case: Case, results: str | Path | None) -> Iterator[ResultFile | None]:
+    """Hold the result file of a run open, replacing an older one when it is whole; None for no file. Raises ResultError."""
+    if results is None:
+        yield None
+        return
+    with ResultFile.create(Path(results), case, version=__version__, source_hash=hash_sources(PACKAGE)) as file:
+        yield file
+
+
+def simulate(case: Case, results: str | Path | None = None, progress: Callable[[Progress], None] | None = None) -> Summary:
+    """Run a drop to impact, full stop or `time.end` as it stands in the case, and return its answer.
+
+    results: path of the result file to write, or None for none. progress: called after each chunk of steps, some 15 ms.
     Ctrl-C ends the run early with outcome "interrupted" and a whole result file.
     Raises Diverged where the computation fails; the result file is readable up to there.
     """
-    drop = Simulation(case)
-    drop.advance(most=0)  # loads or compiles the kernels, before an older result file is replaced
-    if disturbed is not None:
-        drop.disturb(*disturbed)
-    if results is None:
-        return drop.run(None, progress, amend)
-    with ResultFile.create(Path(results), case, version=__version__, source_hash=hash_sources(PACKAGE)) as file:
-        return drop.run(file, progress, amend)
+    falling = prepare(case)
+    with recorded(case, results) as file:
+        return falling.to_end(file, progress)
 
 
 class Simulation:
@@ -202,13 +213,11 @@ class Simulation:
         self.kernel_seconds += CLOCK() - start
         return self.history[:rows], Outcome(outcome)
 
-    def run(
-        self,
-        file: ResultFile | None = None,
-        progress: Callable[[Progress], None] | None = None,
-        amend: Callable[[Summary], Summary] | None = None,
-    ) -> Summary:
-        """Advance to the end, writing history and snapshots to the file, whose rows give the filtered peaks."""
+    def to_end(self, file: ResultFile | None = None, progress: Callable[[Progress], None] | None = None) -> Summary:
+        """Advance to the end, writing history, snapshots and answer to the file, whose rows give the filtered peaks.
+
+        Raises Diverged.
+        """
         started = time.perf_counter()
         self.kernel_seconds = 0.0
         kept: list[Floats] = []
@@ -234,8 +243,6 @@ class Simulation:
                 self._snapshot(file)
             filtered = self._filtered(kept) if kept else None
             summary = self._summary(ending, time.perf_counter() - started, file, filtered)
-            if amend is not None and outcome not in (Outcome.RUNNING, Outcome.DIVERGED):
-                summary = amend(summary)
             if file is not None:
                 file.write_summary(summary)
         if outcome == Outcome.DIVERGED:

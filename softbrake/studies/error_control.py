@@ -20,8 +20,8 @@ from statistics import fmean
 from softbrake.case.case import Case, Fidelity, LongStep, level, long_steps
 from softbrake.core.arrays import Outcome
 from softbrake.core.columns import History
-from softbrake.sim import simulation
-from softbrake.sim.simulation import CLOCK, REFINED, Diverged, Progress, Simulation
+from softbrake.sim.result_file import ResultFile
+from softbrake.sim.simulation import CLOCK, REFINED, Diverged, Progress, Simulation, prepare, recorded, simulate
 from softbrake.sim.summary import Ensemble, Summary, Trial
 from softbrake.studies.convergence import Estimate, estimate_of_neighbours, prediction
 
@@ -98,7 +98,7 @@ def run(
     then say how far it got, and the result file holds one run of the level chosen: of an ensemble the member nearest the answer.
     Else `with_error_bar` asks for three coarser neighbours. Ctrl-C during a climb, or while its result file is written, gives
     outcome "interrupted" and what was found. Warns (LongStep) of a `time.courant` above 1. Other arguments and errors as of
-    `climb` and `simulation.run`; ValueError where a grid is too coarse for neighbours.
+    `refine` and `simulate`; ValueError where a grid is too coarse for neighbours.
     """
     if case.tolerance is not None:
         try:
@@ -109,13 +109,21 @@ def run(
     if said := long_steps([case]):
         warnings.warn(said, LongStep, stacklevel=2)
     if not with_error_bar:
-        return simulation.run(case, results, progress)
+        return simulate(case, results, progress)
     try:
         coarser = neighbours(case)
     except Diverged:
-        reason = "no error bar: a coarser grid diverges"
-        return simulation.run(case, results, progress, lambda summary: replace(summary, fidelity_reason=reason))
-    return simulation.run(case, results, progress, lambda summary: _with_error_bar(case, summary, coarser))
+        coarser = []
+    falling = prepare(case)
+    with recorded(case, results) as file:
+        return _kept(file, _with_error_bar(case, falling.to_end(file, progress), coarser))
+
+
+def _kept(file: ResultFile | None, answer: Summary) -> Summary:
+    """An answer, which is now in its file."""
+    if file is not None:
+        file.write_summary(answer)
+    return answer
 
 
 def _write(found: Refined, results: str | Path, progress: Callable[[Progress], None] | None) -> Summary:
@@ -123,7 +131,9 @@ def _write(found: Refined, results: str | Path, progress: Callable[[Progress], N
     answer = found.summary
     disturbed = (disturbance(found.case, found.seed), found.seed) if found.seed else None
     try:
-        kept = simulation.run(found.case, results, progress, lambda summary: _with_errors(summary, answer), disturbed)
+        falling = prepare(found.case, disturbed)
+        with recorded(found.case, results) as file:
+            kept = _kept(file, _with_errors(falling.to_end(file, progress), answer))
     except Diverged as diverged:
         reason = f"{answer.fidelity_reason}; the run that was to fill the result file diverged"
         return replace(answer, results=diverged.summary.results, fidelity_reason=reason)
@@ -150,7 +160,9 @@ def allowed(tolerance: float, speed: float, free_fall: float) -> float:
 
 
 def _with_errors(summary: Summary, climbed: Summary) -> Summary:
-    """A run of the level chosen, with the answer of the climb; filtered peaks are those of the run."""
+    """A run of the level chosen, with the answer found before; filtered peaks are those of the run."""
+    if summary.outcome == "interrupted":
+        return summary
     wall_seconds = climbed.wall_seconds + summary.wall_seconds
     return replace(
         climbed,
@@ -578,7 +590,11 @@ def neighbours(case: Case) -> list[Summary]:
 
 
 def _with_error_bar(case: Case, summary: Summary, coarser: Sequence[Summary]) -> Summary:
-    """The answer with the errors that its coarser neighbours show."""
+    """The answer with the errors that its coarser neighbours show; none where one diverged."""
+    if summary.outcome == "interrupted":
+        return summary
+    if not coarser:
+        return replace(summary, fidelity_reason="no error bar: a coarser grid diverges")
     runs = [*coarser, summary]
     if any(run.outcome == "time_limit" for run in runs):
         return replace(summary, fidelity_reason="no error bar: a run ends before impact; raise time.end")
@@ -602,7 +618,7 @@ def probe(case: Case, seed: int = 0) -> tuple[Summary, float]:
         falling.advance(settled)
         falling.state.peaks[:] = 0.0  # what the disturbance stretched is no load
     if case.model.fidelity != "full":
-        summary = falling.run(None, None)
+        summary = falling.to_end()
         if summary.outcome == "interrupted":
             raise KeyboardInterrupt
         return summary, 0.0

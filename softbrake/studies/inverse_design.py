@@ -16,7 +16,7 @@ from pathlib import Path
 from softbrake.case.case import Case, CaseError, FullStop, full_stop, level, load_case, quantities
 from softbrake.case.keys import PHYSICS, key_at
 from softbrake.case.units import Dimension, parse_quantity
-from softbrake.sim.simulation import Diverged, run
+from softbrake.sim.simulation import Diverged, simulate
 from softbrake.sim.summary import Summary, Trial
 from softbrake.studies.batch import run_batch
 from softbrake.studies.convergence import estimate_of_neighbours
@@ -211,7 +211,7 @@ def piston(case: Case) -> tuple[FullStop, list[tuple[float, Summary]]]:
         peak_time = share * (1 - 1e-9) * stop.end_time  # (2.10) divides by the rest
         law = replace(gas.pressure, law="sine", value=stop.largest, peak_time=peak_time, end_time=stop.end_time)
         time = replace(gas.time, end=2 * stop.end_time)
-        tried.append((peak_time, run(replace(gas, pressure=law, time=time))))
+        tried.append((peak_time, simulate(replace(gas, pressure=law, time=time))))
     return stop, tried
 
 

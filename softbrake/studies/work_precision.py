@@ -369,7 +369,7 @@ class _Measurement:
         if seed:
             drop.disturb(size * 0.5 * self.case.shell.diameter, seed)
         try:
-            summary = drop.run()
+            summary = drop.to_end()
         except Diverged as diverged:
             summary = diverged.summary
         if summary.outcome == "interrupted":

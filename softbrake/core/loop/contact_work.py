@@ -40,12 +40,14 @@ def begin_contact(model, state, before_contact):
 
 
 @kernel
-def resolve_contact(model, nodes, work, by_column, before_contact, self_contact, step, touching):
+def resolve_contact(model, state, workspace, step, touching):
     """Part lobes and folds after all rows are pushed, and keep the velocities at n+1/2 before.
 
-    Reads model, step; touching: whether cover and cargo are in the way. Writes nodes, work.contact; by_column.kinetic,
-    on_cargo, impulse; before_contact.free, impulse; self_contact.
+    Reads model, step; touching: whether cover and cargo are in the way. Writes state.nodes, work.contact, self_contact;
+    workspace.by_column, before_contact.free, impulse.
     """
+    nodes, work, self_contact = state.nodes, state.work, state.self_contact
+    by_column, before_contact = workspace.by_column, workspace.before_contact
     free, impulse = before_contact.free, before_contact.impulse
     for a in range(uint64(nodes.u.size)):
         free.x[a] = nodes.u[a]

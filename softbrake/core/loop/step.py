@@ -61,16 +61,7 @@ def take_step(model, state, workspace, folding):
             push_free_row(model, state, workspace, step, at, touching)  # (3.2), (3.4)
         else:
             if folding:
-                resolve_contact(
-                    model,
-                    state.nodes,
-                    state.work,
-                    workspace.by_column,
-                    workspace.before_contact,
-                    state.self_contact,
-                    step,
-                    touching,
-                )  # (2.5)
+                resolve_contact(model, state, workspace, step, touching)  # (2.5)
             height = push_cover_row(model, state, workspace, step, at)  # (2.4), (3.4)
         add_row_work(model, state.work, workspace, at, wrinkled_below, dt)
     return height
