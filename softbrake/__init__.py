@@ -9,25 +9,39 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from softbrake.case.case import CaseError, load_case
-    from softbrake.sim.result_file import ResultError
-    from softbrake.sim.simulation import Diverged
+    from softbrake.case.case import Case, CaseError, load_case
+    from softbrake.sim.result_file import Result, ResultError, read_result
+    from softbrake.sim.simulation import Diverged, NotInflated
+    from softbrake.sim.summary import Summary
     from softbrake.studies.error_control import run
 
-__all__ = ["CaseError", "Diverged", "ResultError", "__version__", "load_case", "run"]
 __version__ = "0.1.0"
+__all__ = [
+    "Case",
+    "CaseError",
+    "Diverged",
+    "NotInflated",
+    "Result",
+    "ResultError",
+    "Summary",
+    "__version__",
+    "load_case",
+    "read_result",
+    "run",
+]
 
 _HOMES = {
-    "CaseError": "case.case",
-    "Diverged": "sim.simulation",
-    "ResultError": "sim.result_file",
-    "load_case": "case.case",
-    "run": "studies.error_control",
+    "case.case": ("Case", "CaseError", "load_case"),
+    "sim.result_file": ("Result", "ResultError", "read_result"),
+    "sim.simulation": ("Diverged", "NotInflated"),
+    "sim.summary": ("Summary",),
+    "studies.error_control": ("run",),
 }
 
 
 def __getattr__(name: str) -> Any:
     # On demand: importing the package, as the command line does for --help, must not load Numba.
-    if name in _HOMES:
-        return getattr(import_module(f"softbrake.{_HOMES[name]}"), name)
+    for home, names in _HOMES.items():
+        if name in names:
+            return getattr(import_module(f"softbrake.{home}"), name)
     raise AttributeError(f"module {__name__!r} has no attribute {name!r}")

@@ -14,8 +14,9 @@ import numpy as np
 import pytest
 import synthetic_drop as drop
 
+import softbrake
 from softbrake.case.case import Pressure, case_to_dict
-from softbrake.core.columns import UNITS, History
+from softbrake.core.columns import History
 from softbrake.sim import result_file as results
 from softbrake.sim.result_file import ResultError, ResultFile
 from softbrake.sim.summary import FilteredPeaks, Peak
@@ -89,7 +90,7 @@ def test_history_round_trip_with_units(tmp_path: Path) -> None:
     for column in History:
         np.testing.assert_array_equal(history[column.name.lower()], rows[:, column])
     with h5py.File(path) as file:
-        assert dict(file["history"].attrs) == {column.name.lower(): UNITS[column] for column in History}
+        assert dict(file["history"].attrs) == {column.name.lower(): column.unit for column in History}
 
 
 def test_case_summary_snapshots_round_trip(small: Path) -> None:
@@ -262,3 +263,21 @@ def test_answer_of_another_version_is_no_traceback(
         file[f"softbrake/{name}"] = json.dumps(answer)
     with pytest.raises(ResultError, match="older.vtkhdf: its answer is that of another version of softbrake"):
         read(older)
+
+
+def test_package_reads_what_it_wrote(tmp_path: Path) -> None:
+    """The names that a script needs stand in the package itself."""
+    case = softbrake.load_case(
+        Path(__file__).resolve().parents[1] / "configs" / "no-belts.yaml",
+        ["model.fidelity=axisymmetric", "grid.generatrix=12", "time.end=5 ms"],
+    )
+    assert isinstance(case, softbrake.Case)
+    answer = softbrake.run(case, tmp_path / "a.vtkhdf")
+    result = softbrake.read_result(tmp_path / "a.vtkhdf")
+    assert result.summary == answer and isinstance(answer, softbrake.Summary)
+    assert result.case["shell"]["height"] == case.shell.height
+    assert result.history["time"][-1] == answer.end_time
+    for name in softbrake.__all__:
+        assert getattr(softbrake, name) is not None
+    with pytest.raises(softbrake.ResultError):
+        softbrake.read_result(tmp_path / "b.vtkhdf")

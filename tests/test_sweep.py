@@ -18,7 +18,7 @@ import pytest
 from conftest import ROOT, Command, start
 
 from softbrake.case.case import CaseError, load_case
-from softbrake.core.columns import UNITS, History
+from softbrake.core.columns import History
 from softbrake.report import sweep as sweep_results
 from softbrake.sim.result_file import HISTORY_DTYPE, read_history
 from softbrake.sim.simulation import Simulation, simulate
@@ -234,7 +234,7 @@ def test_histories_are_kept_by_id(tmp_path: Path) -> None:
             simulate(design.case, alone)
             assert file[one.id].dtype == HISTORY_DTYPE
             assert np.array_equal(file[one.id][:], read_history(alone))
-        assert file.attrs["time"] == UNITS[History.TIME]
+        assert file.attrs["time"] == History.TIME.unit
 
 
 def test_a_kill_between_history_and_line_of_the_journal_does_no_harm(tmp_path: Path) -> None:

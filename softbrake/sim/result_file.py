@@ -27,7 +27,7 @@ from numpy.typing import NDArray
 
 from softbrake.case.case import Case, case_to_dict
 from softbrake.core.arrays import Floats
-from softbrake.core.columns import UNITS, History
+from softbrake.core.columns import History
 from softbrake.sim.summary import (
     Ensemble,
     FilteredPeaks,
@@ -209,6 +209,20 @@ class Snapshots:
     fields: dict[str, NDArray[np.float32]]  # as asked for: (k, n1+1, n2) or (k, n1+1, n2, 3), units in POINT_FIELDS
 
 
+@dataclass(frozen=True)
+class Result:
+    """What a result file holds but for its snapshots, which `read_snapshots` reads."""
+
+    case: dict[str, Any]  # as resolved, SI units
+    summary: Summary | None  # None if the run was killed
+    history: NDArray[Any]  # structured, a field for each of `History` in lower case
+
+
+def read_result(path: Path | str) -> Result:
+    """Case, answer and history of a run. Raises ResultError."""
+    return Result(read_case(path), read_summary(path), read_history(path))
+
+
 def read_history(path: Path | str) -> NDArray[Any]:
     """/history as a structured array of HISTORY_DTYPE. Raises ResultError."""
     with _open(path) as file:
@@ -326,8 +340,8 @@ def _lay_out(file: h5py.File, case: Case) -> None:
     for name in _offsets(points, len(part)):
         _growing(steps, name, np.int64, (_BLOCK, 4) if name in _FOR_EACH_CELL_KIND else (_BLOCK,))
     _growing(file, "history", HISTORY_DTYPE, (_BLOCK,))
-    for column, unit in UNITS.items():
-        file["history"].attrs[column.name.lower()] = unit
+    for column in History:
+        file["history"].attrs[column.name.lower()] = column.unit
 
 
 def _offsets(points: int, cells: int) -> dict[str, tuple[int, int]]:

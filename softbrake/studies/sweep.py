@@ -22,7 +22,7 @@ import h5py
 
 from softbrake import __version__
 from softbrake.case.case import Case, case_to_dict
-from softbrake.core.columns import UNITS
+from softbrake.core.columns import History
 from softbrake.core.jit import PACKAGE, hash_sources
 from softbrake.sim.result_file import HISTORY_DTYPE
 from softbrake.studies.axes import Axis, Designs
@@ -260,7 +260,7 @@ class _Histories:
         except (OSError, RuntimeError):
             self.file = h5py.File(path, "w", locking=False)
             self.ids = set()
-        self.file.attrs.update({column.name.lower(): unit for column, unit in UNITS.items()})
+        self.file.attrs.update({column.name.lower(): column.unit for column in History})
 
     def add(self, id: str, history: Any) -> None:
         rows = history.view(HISTORY_DTYPE)[:, 0]
