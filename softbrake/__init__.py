@@ -9,7 +9,7 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from softbrake.case.case import CaseError, load_case
+    from softbrake.case.case_file import CaseError, load_case
     from softbrake.sim.result_file import ResultError
     from softbrake.sim.simulation import Diverged
     from softbrake.studies.error_control import run
@@ -18,10 +18,10 @@ __all__ = ["CaseError", "Diverged", "ResultError", "__version__", "load_case", "
 __version__ = "0.1.0"
 
 _HOMES = {
-    "CaseError": "case.case",
+    "CaseError": "case.case_file",
     "Diverged": "sim.simulation",
     "ResultError": "sim.result_file",
-    "load_case": "case.case",
+    "load_case": "case.case_file",
     "run": "studies.error_control",
 }
 

@@ -13,8 +13,12 @@ from pathlib import Path
 import pytest
 import yaml
 
-from softbrake.case.case import Belt, Case, CaseError, case_to_dict, load_case, parse_case, schema, starter
-from softbrake.case.keys import SECTIONS, SHEAR, TOP
+from softbrake.case.case import SECTIONS, Case, case_to_dict
+from softbrake.case.case_file import CaseError, load_case, open_case, parse_case
+from softbrake.case.schema import schema, starter
+from softbrake.case.sections.belts import Belt
+from softbrake.case.sections.fabric import SHEAR
+from softbrake.case.sections.top import TOP
 from softbrake.case.units import Dimension, parse_quantity
 
 CONFIGS = sorted((Path(__file__).parent.parent / "configs").glob("*.yaml"))
@@ -191,6 +195,49 @@ def test_table_pressure() -> None:
     assert (got.law, got.times, got.values, got.damping, got.value) == ("table", (0.0, 0.05), (1000.0, 0.0), 0.01, 0.0)
 
 
+# A file read once
+
+
+LISTED = "belts:\n- {height: 0.2, layers: 2, width: 2 cm}\n- {height: 0.4, layers: 3, width: 2 cm}\n"
+
+
+def test_case_file_is_read_once(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Its variations are those of --set, come from no file and no text of it, and leave it as it is."""
+    path = tmp_path / "f.yaml"
+    path.write_text(GOOD + LISTED)
+    expected = {
+        "fabric.E11=3": load_case(path, ["cargo.mass=50", "fabric.E11=3"]),  # E22 keeps what E gave
+        "belts.1.height=0.3": load_case(path, ["cargo.mass=50", "belts.1.height=0.3"]),
+        "fabric.damping_ratio=1%": load_case(path, ["cargo.mass=50", "fabric.damping_ratio=1%"]),
+        "contact=[ground]": load_case(path, ["cargo.mass=50", "contact=[ground]"]),
+    }
+    opened = open_case(path, ["cargo.mass=50"])
+    path.unlink()
+    parsed: list[str] = []
+    monkeypatch.setattr(yaml, "parse", lambda text, Loader, parse=yaml.parse: parsed.append(text) or parse(text, Loader))
+    for override, one in expected.items():
+        assert opened.set([override]).case == one
+    assert parsed == [override.partition("=")[2] for override in expected]
+    assert opened.set([]).case == opened.case == parse_case(GOOD + LISTED, "f.yaml", ["cargo.mass=50"])
+    assert opened.set(["fabric.E11=3"]).set(["fabric.E22=4"]).case.fabric.E11 == 3.0
+    assert opened.vary({"fabric.E": 2e4, "belts.0.width": 0.01}) == opened.set(["fabric.E=20000.0", "belts.0.width=0.01"]).case
+    table = opened.set(["pressure={law: table, times: [0, 0.1], values: [0, 15 kPa]}"])
+    assert table.vary({"pressure.values": (1.0, 2.0)}).pressure.values == (1.0, 2.0)
+
+
+def test_faults_of_variations_name_their_place(tmp_path: Path) -> None:
+    (tmp_path / "f.yaml").write_text(GOOD + LISTED)
+    opened = open_case(tmp_path / "f.yaml", ["cargo.mass=50"])
+    for values, message in (
+        ({"cargo.diameter": 0.6}, "--set cargo.diameter=0.6: cargo.diameter: 0.6 m is wider than the cover; a diameter up to"),
+        ({"belts.1.height": 0.6}, "--set belts.1.height=0.6: belts.1.height: the belt comes closer than half a grid cell"),
+        ({"shell.height": 0.3}, f"{tmp_path}/f.yaml:{END + 2}:28: belts.1.width: the belt comes closer than half a grid cell"),
+    ):
+        with pytest.raises(CaseError) as caught:
+            opened.vary(values)
+        assert str(caught.value).startswith(message)
+
+
 # Messages
 
 
@@ -216,6 +263,22 @@ cargo: {mass: 100 kg}
         "8:1: cargo.velocity: missing; a speed > 0 such as '6 m/s' is wanted",
         "--set grid.hoop=7: grid.hoop: 7 is out of range; an integer >= 8 and <= 10000 such as '120' is wanted",
         "--set time.end=0: time.end: 0 is out of range; a time > 0 such as '1 s' is wanted",
+    ]
+
+
+def test_sine_law_takes_no_height_of_the_cargo_for_one_of_the_shell() -> None:
+    text = GOOD.replace(", height: 0.6 m", "").replace("6 m/s}", "6 m/s, height: 0.5 m}")
+    assert faults(text.replace("constant, value: 15696 Pa", "sine, peak_time: 0.1 s")) == [
+        "1:1: shell.height: missing; a length > 0 such as '0.6 m' is wanted"
+    ]
+
+
+def test_keys_of_other_laws_are_named_in_the_order_of_the_table() -> None:
+    told = faults(GOOD, override := "pressure={law: constant, values: 1, peak_time: 1, value: 1, zzz: 1}")
+    assert [fault.removeprefix(f"--set {override}: pressure.") for fault in told] == [
+        "values: not a key of the constant law; law, value, damping are wanted",
+        "peak_time: not a key of the constant law; law, value, damping are wanted",
+        "zzz: unknown key; known are law, value, damping, peak_time, end_time, times, values",
     ]
 
 
@@ -620,7 +683,8 @@ def test_starter_shows_every_key_with_a_comment() -> None:
         assert comment or not indent
         section = section if indent else name
         shown.add((section, name) if indent else ("", name) if comment else ("", ""))
-    known = {(name, key.name) for name, keys in {"": TOP, **SECTIONS}.items() for key in keys} | {("", "contact")}
+    sections = {section.name: section.keys for section in (TOP, *SECTIONS)}
+    known = {(name, key.name) for name, keys in sections.items() for key in keys} | {("", "contact")}
     assert shown - {("", "")} == known
 
 

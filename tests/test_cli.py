@@ -68,10 +68,10 @@ def test_package_gives_its_functions_and_loads_nothing(environment: dict[str, st
     code = f"""
 import sys, softbrake
 assert not {SLOW | {"yaml"}!r}.intersection(sys.modules)
-import softbrake.sim.simulation, softbrake.case.case, softbrake.studies.error_control
+import softbrake.sim.simulation, softbrake.case.case_file, softbrake.studies.error_control
 from softbrake import load_case, run
 assert softbrake.run is run is softbrake.studies.error_control.run
-assert load_case is softbrake.case.case.load_case
+assert load_case is softbrake.case.case_file.load_case
 """
     done = subprocess.run([sys.executable, "-c", code], env=environment, capture_output=True, text=True)
     assert done.returncode == 0, done.stderr

@@ -9,7 +9,7 @@ from exact import piston
 from test_belt_contact import groove
 
 import softbrake
-from softbrake.case.case import CaseError, load_case
+from softbrake.case.case_file import CaseError, load_case
 from softbrake.core.arrays import PAD, Floats, Outcome, Peak, State
 from softbrake.core.columns import History
 from softbrake.core.loop.meridian import advance_meridian, stable_step_of_meridian

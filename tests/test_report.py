@@ -10,7 +10,7 @@ import pytest
 import synthetic_drop as drop
 from conftest import ROOT, Command
 
-from softbrake.case.case import load_case
+from softbrake.case.case_file import load_case
 from softbrake.core.columns import History
 from softbrake.report.html import result_page, sweep_page, write_report
 from softbrake.report.page import BUCKETS, Curve, Mark, table, work_precision

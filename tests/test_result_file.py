@@ -14,7 +14,8 @@ import numpy as np
 import pytest
 import synthetic_drop as drop
 
-from softbrake.case.case import Pressure, case_to_dict
+from softbrake.case.case import case_to_dict
+from softbrake.case.sections.pressure import Pressure
 from softbrake.core.columns import UNITS, History
 from softbrake.sim import result_file as results
 from softbrake.sim.result_file import ResultError, ResultFile

@@ -10,7 +10,9 @@ from conftest import Command
 from typer.testing import CliRunner
 
 from benchmarks.scenes import scene
-from softbrake.case.case import AUTO_TOLERANCE, Case, CaseError, parse_case
+from softbrake.case.case import Case
+from softbrake.case.case_file import CaseError, parse_case
+from softbrake.case.sections.top import AUTO_TOLERANCE
 from softbrake.cli.app import app
 from softbrake.sim import simulation as drop
 from softbrake.sim.build import initial_energy

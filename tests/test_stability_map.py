@@ -14,7 +14,8 @@ from typer.testing import CliRunner
 
 import softbrake
 from benchmarks.stability import random_case
-from softbrake.case.case import LongStep, level, load_case
+from softbrake.case.case_file import load_case
+from softbrake.case.level import LongStep, level
 from softbrake.cli.app import app
 from softbrake.core.arrays import Floats, Outcome
 from softbrake.core.columns import History

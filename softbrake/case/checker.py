@@ -1,4 +1,4 @@
-"""Sections of a case file against the table of keys: gathers all faults, each with place, path and what is allowed."""
+"""Mappings of a case file against their keys: gathers all faults, each with place, path and what is allowed."""
 
 from __future__ import annotations
 
@@ -7,44 +7,28 @@ from dataclasses import replace
 from difflib import get_close_matches
 from typing import Any
 
-from softbrake.case.keys import ALTERNATIVES, OPTIONAL_SECTIONS, SECTIONS, Key, needed
+from softbrake.case.keys import Key
 from softbrake.case.yaml_nodes import Node, Place, join
 
 Values = dict[str, Any]  # of a section, without the faulty ones
 
 
 class Checker:
-    """Reads sections and keeps what is wrong with them."""
+    """Reads mappings and keeps what is wrong with them."""
 
     def __init__(self) -> None:
         self.faults: list[tuple[tuple[int, int, int], str]] = []
         self.meant: set[str] = set()  # paths that an unknown key was probably meant for: not missing besides
 
     def fault(self, place: Place, path: str, fault: str, wanted: str) -> None:
+        """Keep a message `place: path: fault; wanted`."""
         self.faults.append((place.order, f"{place.text}: {path + ': ' if path else ''}{fault}; {wanted}"))
 
     def messages(self) -> list[str]:
+        """All faults in the order of the file, then of the overrides."""
         return [message for _, message in sorted(self.faults, key=lambda item: item[0])]
 
-    def named(self, root: Node, name: str) -> Values:
-        """Values of a section of the file, empty if it is missing."""
-        node = self.member(root, name)
-        return {} if node is None else self.section(node, name, SECTIONS[name], ALTERNATIVES.get(name, ()))
-
-    def member(self, root: Node, name: str) -> Node | None:
-        """Section of the file; an optional one left out is an empty one."""
-        assert isinstance(root.value, dict)
-        node = root.value.get(name)
-        if node is not None:
-            return node
-        if name in OPTIONAL_SECTIONS:
-            return Node({}, root.place, root.place)
-        if name not in self.meant:
-            example = ", ".join(f"{key.name}: {key.example}" for key in needed(name))
-            self.fault(root.place, name, "missing", f"a section such as '{name}: {{{example}}}' is wanted")
-        return None
-
-    def section(
+    def mapping(
         self,
         node: Node,
         path: str,
@@ -53,7 +37,11 @@ class Checker:
         others: Iterable[str] = (),
         complete: bool = True,
     ) -> Values:
-        """Values and defaults of a mapping. others: keys read elsewhere; complete: missing keys are faults."""
+        """Return SI values and defaults of a mapping, without what is faulty.
+
+        path: dotted, for messages; alternatives: choices, of each exactly one group of keys must be given; others: keys that are
+        read elsewhere; complete: whether missing keys are faults.
+        """
         if not isinstance(node.value, dict):
             self.fault(node.place, path, "not a mapping", f"a mapping of {listed(keys)} is wanted")
             return {}
@@ -91,12 +79,14 @@ class Checker:
         return None if None in values else values
 
     def unknown(self, place: Place, path: str, name: str, known: Sequence[str]) -> None:
+        """Tell of a key that is none, and which one was probably meant."""
         close = get_close_matches(name, known, 1)
         self.meant |= {join(path, match) for match in close}
         hint = f"did you mean '{close[0]}'?" if close else f"known are {', '.join(known)}"
         self.fault(place, join(path, name), "unknown key", hint)
 
     def missing(self, node: Node, path: str, key: Key) -> None:
+        """Tell of a key that is not in a mapping, unless an unknown one was meant for it."""
         if join(path, key.name) not in self.meant:
             self.fault(node.key, join(path, key.name), "missing", f"{key.wanted} is wanted")
 
@@ -128,4 +118,5 @@ def last_given(node: Node, path: str, names: Sequence[str]) -> tuple[Place, str]
 
 
 def listed(keys: Iterable[Key]) -> str:
+    """Names between commas."""
     return ", ".join(key.name for key in keys)

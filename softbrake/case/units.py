@@ -6,6 +6,7 @@ import math
 import re
 from difflib import get_close_matches
 from enum import Enum
+from functools import lru_cache
 
 Powers = tuple[int, int, int]  # of metre, kilogram, second
 UNITS: dict[str, tuple[float, Powers]] = {
@@ -43,6 +44,7 @@ _SEPARATOR = re.compile(r"\s*([*·/])\s*|\s+")
 _FACTOR = re.compile(r"([A-Za-z]+|%)(?:\^(-?[1-9]))?")
 
 
+@lru_cache(maxsize=256)
 def _measure(unit: str) -> tuple[float, Powers]:
     """SI size and dimension of a product of units; ValueError for an unknown one."""
     if not unit:

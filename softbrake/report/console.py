@@ -20,7 +20,7 @@ from rich.table import Table
 from softbrake.sim.summary import Ensemble, Inflation, Peak, Sensitivities, Summary, Trial, contact_in_words
 
 if TYPE_CHECKING:
-    from softbrake.case.case import FullStop
+    from softbrake.case.full_stop import FullStop
     from softbrake.sim.simulation import Progress
     from softbrake.studies.inverse_design import Design, Point, Question
     from softbrake.studies.work_precision import WorkPrecision

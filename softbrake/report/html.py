@@ -14,7 +14,8 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from softbrake.case.keys import CONTACT, key_at
+from softbrake.case.case import key_at
+from softbrake.case.sections.contact import PARTS
 from softbrake.case.units import Dimension
 from softbrake.report.console import STANDARD_GRAVITY, TENSIONS, disturbed_in_words, made_in_words, outcome_in_words
 from softbrake.report.page import Curve, Mark, chart, page, table
@@ -349,7 +350,7 @@ def _case(case: dict[str, Any]) -> str:
                 for key, inner in belt.items():
                     add(f"belts.{number}.{key}", inner)
         elif name == "contact":
-            rows.append(["contact", ", ".join(value) or "none", f"what stops the fabric, of {', '.join(CONTACT)}"])
+            rows.append(["contact", ", ".join(value) or "none", f"what stops the fabric, of {', '.join(PARTS)}"])
         elif name != "title":
             add(name, value)
     return table(("", "", ""), rows)

@@ -8,7 +8,8 @@ from pathlib import Path
 import numpy as np
 
 from softbrake import __version__
-from softbrake.case.case import Case, level
+from softbrake.case.case import Case
+from softbrake.case.level import level
 from softbrake.core.arrays import Floats, Model
 from softbrake.core.columns import History
 from softbrake.core.jit import PACKAGE, hash_sources

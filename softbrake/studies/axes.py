@@ -8,13 +8,14 @@ import re
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import product
-from pathlib import Path
 from typing import Any, NamedTuple
 
-from softbrake.case.case import Case, CaseError, parse_case, read_text
+from softbrake.case.case import Case, key_at
+from softbrake.case.case_file import CaseError, CaseFile
 from softbrake.case.checker import Checker
-from softbrake.case.keys import SWEEP, Key, key_at
+from softbrake.case.keys import Key
 from softbrake.case.overrides import Override
+from softbrake.case.sections.sweep import SWEEP
 from softbrake.case.units import Dimension
 from softbrake.case.yaml_nodes import Node, Place, join, parse
 
@@ -76,21 +77,18 @@ class _Values:
         return list(self.texts) or [self.at(k / max(self.count - 1, 1)) for k in range(self.count)]
 
 
-def load_designs(
-    path: str | Path, overrides: Sequence[str] = (), vary: Sequence[str] = (), settings: Mapping[str, Any] | None = None
-) -> Designs:
-    """Read a case file with its section `sweep`, and check every case it asks for.
+def designs_of(file: CaseFile, vary: Sequence[str] = (), settings: Mapping[str, Any] | None = None) -> Designs:
+    """Every case that a case file asks for in its section `sweep`, checked.
 
-    overrides: as of `load_case`. vary: texts such as `fabric.E=10kN/m:30kN/m:200`, instead of the axes of the file. settings:
-    mode, samples and seed, instead of those of the file.
+    vary: texts such as `fabric.E=10kN/m:30kN/m:200`, instead of the axes of the file. settings: mode, samples and seed, instead
+    of those of the file.
     Raises CaseError with the faults of all cases.
     """
-    text, name = read_text(path), str(path)
-    base = parse_case(text, name, overrides)
     check = Checker()
-    node = _section(text, name)
-    section = {} if node is None else check.section(node, "sweep", SWEEP, others=("vary",))
-    for key in SWEEP:
+    assert isinstance(file.written.value, dict)
+    node = file.written.value.get(SWEEP.name)
+    section = {} if node is None else check.mapping(node, SWEEP.name, SWEEP.keys, others=("vary",))
+    for key in SWEEP.keys:
         if (value := (settings or {}).get(key.name)) is not None:
             section[key.name] = check.value(Node(value, *[Place((1, 0, 0), f"--{key.name} {value}")] * 2), "", key)
     axes = {} if node is None or vary else _axes_of_file(node, check)
@@ -106,13 +104,13 @@ def load_designs(
     if check.faults:
         raise CaseError(check.messages())
     if not axes:
-        return Designs((), (Design((), base),))
+        return Designs((), (Design((), file.case),))
     faults: dict[str, None] = {}
     designs = []
     for combination in combinations:
         changes = [Override(f"{axis.path}={value}", axis.place) for axis, value in zip(axes.values(), combination, strict=True)]
         try:
-            case = parse_case(text, name, [*overrides, *changes])
+            case = file.set(changes).case
             designs.append(Design(tuple(map(_si, axes, combination)), case))
         except CaseError as error:
             told = ", ".join(change.text for change in changes)
@@ -142,13 +140,6 @@ def _si(path: str, text: str) -> float | str:
     """Value of an axis in its unit, as a case that was checked has it."""
     key, node = key_of(path), parse(text, lambda *_: Place((0, 0, 0), ""), lambda *_: None)
     return text if key is None or node is None else key.convert(node.value)
-
-
-def _section(text: str, name: str) -> Node | None:
-    """The section of a file that was checked."""
-    root = parse(text, lambda line, column: Place((0, line, column), f"{name}:{line + 1}:{column + 1}"), lambda *_: None)
-    assert root is not None and isinstance(root.value, dict)
-    return root.value.get("sweep")
 
 
 def _axes_of_file(node: Node, check: Checker) -> dict[str, _Values]:
