@@ -163,7 +163,7 @@ def test_check_beside_the_target_is_said() -> None:
 
 
 def test_paper_s_case_meets_its_target() -> None:
-    found = find(ask(CONFIGS / "paper.yaml", [AXISYMMETRIC], target="impact_velocity=2 m/s"))
+    found = find(ask(open_case(CONFIGS / "paper.yaml", [AXISYMMETRIC]), target="impact_velocity=2 m/s"))
     assert found.summary.impact_velocity == pytest.approx(2.0, rel=3e-3)
     assert found.summary.impact_velocity <= 2.0
 
