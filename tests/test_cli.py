@@ -363,7 +363,7 @@ def test_run_for_people(softbrake: Command, paper: Path, tmp_path: Path) -> None
     done = softbrake("run", paper, *SMALL, "--no-results", "--dimensionless", "-q")
     assert done.returncode == 0
     assert re.fullmatch(
-        r"coarse grid: grid.generatrix 8, where this scene wants 44 and .*; answers may be off by .*\n", done.stderr
+        r"coarse grid: grid.generatrix 8, where this scene needs 44 and .*; answers may be off by .*\n", done.stderr
     )
     assert "no impact by 0.005 s" in done.stdout
     assert "T0/L" in done.stdout

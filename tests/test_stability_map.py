@@ -262,7 +262,7 @@ def test_points_without_an_edge_say_why(softbrake: Command, paper: Path, tmp_pat
     [
         (("--over", "fabric.viscosty=1"), "fabric.viscosty: unknown key; did you mean 'viscosity'?"),
         (("--over", "fabric"), "not an axis"),
-        (("-o", "map.png"), "--output: a map wants at least one axis"),
+        (("-o", "map.png"), "--output: a map needs at least one axis"),
         (("--set", "model.fidelity=lumped"), "no grid whose waves could grow"),
         (("--over", "model.fidelity=full,lumped"), "no grid whose waves could grow"),
         (("--over", "belts.layers=1", "-o", "nowhere/map.png"), "there is no folder nowhere"),

@@ -100,11 +100,11 @@ def case_file(text: str, name: str, overrides: Sequence[str | Override] = ()) ->
     try:
         root = parse(text, place_of, check.fault)
     except YamlError as error:
-        check.fault(error.place, "", str(error), "valid YAML is wanted")
+        check.fault(error.place, "", str(error), "valid YAML is expected")
         raise CaseError(check.messages()) from None
     if root is None or not isinstance(root.value, dict):
         place = root.place if root else place_of(0, 0)
-        check.fault(place, "", "not a mapping" if root else "an empty file", "sections such as 'shell:' are wanted")
+        check.fault(place, "", "not a mapping" if root else "an empty file", "sections such as 'shell:' are expected")
         raise CaseError(check.messages())
     return _checked(name, root, root, 0, [overrides] if isinstance(overrides, str) else overrides, check)
 
@@ -126,13 +126,13 @@ def _read_text(path: str | Path) -> str:
     try:
         content = Path(path).read_bytes()
     except OSError as error:
-        raise CaseError([f"{path}: {error.strerror or error}; a case file is wanted"]) from None
+        raise CaseError([f"{path}: {error.strerror or error}; a case file is expected"]) from None
     try:
         return content.decode("utf-8-sig")
     except UnicodeDecodeError as error:
         before = content[: error.start]
         line, column = before.count(b"\n") + 1, error.start - before.rfind(b"\n")
-        fault = f"{path}:{line}:{column}: byte 0x{content[error.start]:02x} is not UTF-8; a text file in UTF-8 is wanted"
+        fault = f"{path}:{line}:{column}: byte 0x{content[error.start]:02x} is not UTF-8; a text file in UTF-8 is expected"
         raise CaseError([fault]) from None
 
 

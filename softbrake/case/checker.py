@@ -20,9 +20,9 @@ class Checker:
         self.faults: list[tuple[tuple[int, int, int], str]] = []
         self.meant: set[str] = set()  # paths that an unknown key was probably meant for: not missing besides
 
-    def fault(self, place: Place, path: str, fault: str, wanted: str) -> None:
-        """Keep a message `place: path: fault; wanted`."""
-        self.faults.append((place.order, f"{place.text}: {path + ': ' if path else ''}{fault}; {wanted}"))
+    def fault(self, place: Place, path: str, fault: str, expected: str) -> None:
+        """Keep a message `place: path: fault; expected`."""
+        self.faults.append((place.order, f"{place.text}: {path + ': ' if path else ''}{fault}; {expected}"))
 
     def messages(self) -> list[str]:
         """All faults in the order of the file, then of the overrides."""
@@ -43,7 +43,7 @@ class Checker:
         read elsewhere; complete: whether missing keys are faults.
         """
         if not isinstance(node.value, dict):
-            self.fault(node.place, path, "not a mapping", f"a mapping of {listed(keys)} is wanted")
+            self.fault(node.place, path, "not a mapping", f"a mapping of {listed(keys)} is expected")
             return {}
         known = {key.name: key for key in keys}
         values: Values = {key.name: key.default for key in keys if key.default is not None}
@@ -68,11 +68,11 @@ class Checker:
             try:
                 return key.convert(node.value)
             except ValueError as error:
-                self.fault(node.place, path, str(error), f"{key.wanted} is wanted")
+                self.fault(node.place, path, str(error), f"{key.expected} is expected")
                 return None
         if not isinstance(node.value, list) or len(node.value) < 2:
             fault = "fewer than two values" if isinstance(node.value, list) else "not a list"
-            self.fault(node.place, path, fault, f"a list such as {key.example} is wanted")
+            self.fault(node.place, path, fault, f"a list such as {key.example} is expected")
             return None
         single = replace(key, many=False, example=key.example.strip("[]").split(", ")[-1])
         values = tuple(self.value(item, join(path, number), single) for number, item in enumerate(node.value))
@@ -88,7 +88,7 @@ class Checker:
     def missing(self, node: Node, path: str, key: Key) -> None:
         """Tell of a key that is not in a mapping, unless an unknown one was meant for it."""
         if join(path, key.name) not in self.meant:
-            self.fault(node.key, join(path, key.name), "missing", f"{key.wanted} is wanted")
+            self.fault(node.key, join(path, key.name), "missing", f"{key.expected} is expected")
 
     def alternatives(
         self, node: Node, path: str, groups: Sequence[Sequence[str]], keys: Mapping[str, Key], complete: bool
@@ -96,18 +96,18 @@ class Checker:
         """One of the groups must be given in full, and none of another group."""
         assert isinstance(node.value, dict)
         started = [group for group in groups if any(name in node.value for name in group)]
-        wanted = " or ".join(" and ".join(f"'{name}'" for name in group) for group in groups)
+        expected = " or ".join(" and ".join(f"'{name}'" for name in group) for group in groups)
         if len(started) > 1:
             place, where = last_given(node, path, [name for group in groups for name in group])
             others = [name for group in groups for name in group if name in node.value and join(path, name) != where]
-            self.fault(place, where, f"given besides {' and '.join(others)}", f"either {wanted} is wanted")
+            self.fault(place, where, f"given besides {' and '.join(others)}", f"either {expected} is expected")
         elif started:
             for name in started[0]:
                 if name not in node.value:
                     self.missing(node, path, keys[name])
         elif complete and not any(join(path, name) in self.meant for group in groups for name in group):
             first = keys[groups[0][0]]
-            self.fault(node.key, path, f"missing {wanted}", f"for instance '{first.name}: {first.example}'")
+            self.fault(node.key, path, f"missing {expected}", f"for instance '{first.name}: {first.example}'")
 
 
 def last_given(node: Node, path: str, names: Sequence[str]) -> tuple[Place, str]:

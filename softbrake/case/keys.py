@@ -30,7 +30,7 @@ class Key:
     idle: bool = False  # does nothing to the drop: accuracy, or what an answer is compared with
 
     @property
-    def wanted(self) -> str:
+    def expected(self) -> str:
         """What is allowed for one value."""
         if isinstance(self.kind, tuple):
             return " or ".join(map(str, self.kind))

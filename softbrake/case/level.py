@@ -38,16 +38,16 @@ def level(case: Case, fidelity: Fidelity, generatrix: int, hoop: int, courant: f
 
 
 def coarseness(case: Case) -> str | None:
-    """Say what is wanted where the grid of a case is coarser than its scene needs; None where it is not, or will be chosen."""
+    """Say what is needed where the grid of a case is too coarse for its scene; None where it is not, or will be chosen."""
     if case.tolerance is not None or case.model.fidelity == "lumped":
         return None
     height, diameter, grid, faults = case.shell.height, case.shell.diameter, case.grid, []
     gap = min(b - a for a, b in pairwise([0.0, *sorted(belt.height for belt in case.belts), height]))
-    wanted = default_cells(height, diameter, gap or height, False)
-    if grid.generatrix * FINE < wanted * COARSE:
-        faults.append(f"grid.generatrix {grid.generatrix}, where this scene wants {wanted}")
+    needed = default_cells(height, diameter, gap or height, False)
+    if grid.generatrix * FINE < needed * COARSE:
+        faults.append(f"grid.generatrix {grid.generatrix}, where this scene needs {needed}")
     if grid.hoop / (2.0 * math.pi) < COARSE and case.model.fidelity != "axisymmetric":
-        faults.append(f"grid.hoop {grid.hoop}, where {HOOP} are wanted")
+        faults.append(f"grid.hoop {grid.hoop}, where {HOOP} are needed")
     return f"coarse grid: {' and '.join(faults)}; answers may be off by some per cent" if faults else None
 
 

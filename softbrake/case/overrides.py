@@ -26,12 +26,12 @@ def overridden(root: Node, override: Override, sections: dict[str, Section], rep
     path, equals, text = override.text.partition("=")
     keys = path.strip().split(".")
     if not equals or not all(keys):
-        report(place, "", "not KEY=VALUE", "a key and its value such as 'fabric.E=18.75kN/m' is wanted")
+        report(place, "", "not KEY=VALUE", "a key and its value such as 'fabric.E=18.75kN/m' is expected")
         return root
     try:
         value = parse(text, lambda line, column: place, report, path.strip()) or Node(None, place, place)
     except YamlError as error:
-        report(place, path.strip(), str(error), "a YAML value is wanted")
+        report(place, path.strip(), str(error), "a YAML value is expected")
         return root
     return _Writer(value, place, sections.get(keys[0]) if len(keys) > 1 else None, report).put(root, "", keys)
 
@@ -56,7 +56,7 @@ class _Writer:
                 members[name] = self.value
             return replace(node, value=members)
         if not isinstance(node.value, list):
-            self.report(self.place, join(path, name), f"{path} is a single value without keys", f"{path}=VALUE is wanted")
+            self.report(self.place, join(path, name), f"{path} is a single value without keys", f"{path}=VALUE is expected")
             return node
         if not name.isdecimal() or int(name) >= len(node.value):
             numbers = ", ".join(str(number) for number in range(len(node.value))) or "none"

@@ -74,7 +74,7 @@ class Section:
             return Node({}, draft.root.place, draft.root.place)
         if self.name not in draft.meant:
             example = ", ".join(f"{key.name}: {key.example}" for key in self.needed())
-            draft.fault(draft.root.place, self.name, "missing", f"a section such as '{self.name}: {{{example}}}' is wanted")
+            draft.fault(draft.root.place, self.name, "missing", f"a section such as '{self.name}: {{{example}}}' is expected")
         return None
 
     def needed(self) -> list[Key]:

@@ -87,8 +87,8 @@ class Dimension(Enum):
         self.powers = _measure(unit)[1]
 
 
-def parse_quantity(text: str, wanted: Dimension) -> float:
-    """SI value of a number with a unit of the wanted dimension; without a unit the number is SI already.
+def parse_quantity(text: str, expected: Dimension) -> float:
+    """SI value of a number with a unit of the expected dimension; without a unit the number is SI already.
 
     Units are joined by `*`, `·` or a space, `/` and `^`: `0.2 N*s/m`, `9.81 m/s^2`.
     Raises ValueError, which says what is wrong in words for a user.
@@ -98,8 +98,8 @@ def parse_quantity(text: str, wanted: Dimension) -> float:
         raise ValueError(f"'{text}' is not a number with a unit")
     unit = match[2]
     size, powers = _measure(unit)
-    if unit and powers != wanted.powers:
-        found = next((dimension.phrase for dimension in Dimension if dimension.powers == powers), f"not {wanted.phrase}")
+    if unit and powers != expected.powers:
+        found = next((dimension.phrase for dimension in Dimension if dimension.powers == powers), f"not {expected.phrase}")
         raise ValueError(f"'{unit}' is {found}")
     value = float(match[1]) * size
     if not math.isfinite(value):

@@ -351,7 +351,7 @@ def stability(
     except ValueError as error:
         _fail(error)
     if output is not None and not axes:
-        _fail("--output: a map wants at least one axis, --over")
+        _fail("--output: a map needs at least one axis, --over")
     picture = output or Path(f"{case_file.stem}-stability.png")
     table = picture.with_suffix(".csv")
     if axes:
@@ -426,7 +426,7 @@ def sweep(
     """Run a case with many values; the same command again goes on where it was broken off."""
     designs = _designs(_open(case_file, overrides), vary, mode=mode, samples=samples, seed=seed)
     if not designs.axes:
-        _fail(f"{case_file}: no section sweep; one, or --vary fabric.E=10kN/m:30kN/m:200, is wanted")
+        _fail(f"{case_file}: no section sweep; one, or --vary fabric.E=10kN/m:30kN/m:200, is expected")
     if scheduler is not None and threads is not None:
         _fail("--scheduler and --threads exclude each other: workers have threads of their own")
     number, of = _shard(shard)
@@ -611,7 +611,7 @@ def work_precision(
 def _shard(text: str | None) -> tuple[int, int]:
     number, slash, of = (text or "1/1").partition("/")
     if not (slash and number.isdecimal() and of.isdecimal() and 1 <= int(number) <= int(of)):
-        _fail(f"--shard {text}: a part of the runs such as 1/4, 2/4, 3/4 or 4/4 is wanted")
+        _fail(f"--shard {text}: a part of the runs such as 1/4, 2/4, 3/4 or 4/4 is expected")
     return int(number), int(of)
 
 

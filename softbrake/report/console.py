@@ -228,7 +228,7 @@ def _add_other_peaks(table: Table, summary: Summary, name: str, digits: int, sca
 
 
 def _when(peak: Peak, phase: bool = True) -> str:
-    """Time of a peak, its height on the shell, and its phase if that is wanted."""
+    """Time of a peak, its height on the shell, and its phase if that is asked for."""
     height = "" if peak.height is None else f", {peak.height:.3f} m up"
     return f"at {peak.time:.5f} s{height}" + (f", {peak.phase}" if phase and peak.phase is not None else "")
 

@@ -65,7 +65,7 @@ def sweep_page(folder: Path | str) -> str:
         axes = names[names.index("id") + 1 : names.index("outcome")]
         failed = [row for row in rows if row["fault"]]
     except OSError as error:
-        raise ResultError(f"{error.filename}: {error.strerror}; the folder of a finished sweep is wanted") from error
+        raise ResultError(f"{error.filename}: {error.strerror}; the folder of a finished sweep is expected") from error
     except (ValueError, KeyError, IndexError, StopIteration) as error:
         raise ResultError(f"{folder}: not the results of a sweep, or incomplete ones") from error
     parts = [f"<h1>{escape(title)}</h1>", f"<p>{len(rows)} runs over {escape(', '.join(axes))}</p>"]

@@ -130,7 +130,7 @@ def ask(
     """
     goal, case, key = _target(target), file.case, key_at(path)
     if key is None or not isinstance(key.kind, Dimension) or not is_quantity(path):
-        raise ValueError(f"--find {path}: not a quantity of the drop; a path such as pressure.value or fabric.E is wanted")
+        raise ValueError(f"--find {path}: not a quantity of the drop; a path such as pressure.value or fabric.E is expected")
     if between is not None:
         low, high = _between(between, key.kind)
     elif path == "pressure.value":
@@ -140,7 +140,7 @@ def ask(
     elif isinstance(value := file.quantities().get(path), float):
         low, high = sorted((value / REACH, value * REACH))
     else:
-        raise ValueError(f"--find {path}: the case gives no value to start from; --range LOW:HIGH is wanted")
+        raise ValueError(f"--find {path}: the case gives no value to start from; --range LOW:HIGH is expected")
 
     def varied(value: float) -> Case:
         return file.vary({path: value})
@@ -177,9 +177,11 @@ def _target(text: str) -> Target:
     try:
         number = parse_quantity(value, TARGETS[name])
     except ValueError as error:
-        raise ValueError(f"--target {text}: {error}; {TARGETS[name].phrase} such as {name}={EXAMPLES[name]} is wanted") from None
+        raise ValueError(
+            f"--target {text}: {error}; {TARGETS[name].phrase} such as {name}={EXAMPLES[name]} is expected"
+        ) from None
     if number < 0.0:
-        raise ValueError(f"--target {text}: {value} is out of range; {TARGETS[name].phrase} >= 0 is wanted")
+        raise ValueError(f"--target {text}: {value} is out of range; {TARGETS[name].phrase} >= 0 is expected")
     return Target(name, number)
 
 
@@ -190,9 +192,9 @@ def _between(text: str, kind: Dimension) -> tuple[float, float]:
             raise ValueError(f"'{text}' is not LOW:HIGH")
         low, high = (parse_quantity(part, kind) for part in parts)
     except ValueError as error:
-        raise ValueError(f"--range {text}: {error}; {kind.phrase} on both sides of a colon is wanted") from None
+        raise ValueError(f"--range {text}: {error}; {kind.phrase} on both sides of a colon is expected") from None
     if not low < high:
-        raise ValueError(f"--range {text}: not a range; LOW < HIGH is wanted")
+        raise ValueError(f"--range {text}: not a range; LOW < HIGH is expected")
     return low, high
 
 

@@ -46,7 +46,6 @@ _HEIGHT = Key("height", Dimension.LENGTH, "of the belt's middle above the lower 
 class _BeltsSection(Section):
     def read(self, draft: Draft) -> list[Values]:
         """Values of each belt with its height, as far as they are without faults."""
-        draft.values("fabric")
         shell, grid = draft.values("shell"), draft.values("grid")
         node = draft.members.get(self.name)
         if node is None:
@@ -78,7 +77,7 @@ class _BeltsSection(Section):
         return [super(_BeltsSection, self).written(belt) for belt in part]
 
     def schema(self) -> dict[str, Any]:
-        """A stack, which wants nothing but its count where that is 0, or a list."""
+        """A stack, which needs nothing but its count where that is 0, or a list."""
         stack = super().schema()
         choices = {"required": ["width"], "allOf": stack.pop("allOf")}
         stack |= {"required": ["count"], "if": {"properties": {"count": {"const": 0}}}, "else": choices}
@@ -132,10 +131,10 @@ def _check_place(draft: Draft, node: Node, path: str, belt: Values, shell: Value
     place, where = last_given(node, path, ["height", "width"])
     if lowest > highest:
         widest = shell["height"] - shell["height"] / grid["generatrix"]
-        draft.fault(place, where, "the belt is wider than the room between the covers", f"a width < {widest:.6g} m is wanted")
+        draft.fault(place, where, "the belt is wider than the room between the covers", f"a width < {widest:.6g} m is expected")
     elif abs(belt["height"] - shell["height"] / 2) > (highest - lowest) / 2 + 1e-9 * shell["height"]:
         fault = "the belt comes closer than half a grid cell to a cover"
-        draft.fault(place, where, fault, f"a height from {lowest:.6g} m to {highest:.6g} m is wanted for this width")
+        draft.fault(place, where, fault, f"a height from {lowest:.6g} m to {highest:.6g} m is expected for this width")
 
 
 def _check_stack(draft: Draft, node: Node, belts: Values, shell: Values, grid: Values) -> None:
@@ -146,7 +145,7 @@ def _check_stack(draft: Draft, node: Node, belts: Values, shell: Values, grid: V
     fault = "the outer belts come closer than half a grid cell to the covers"
     if widest <= 0:
         place, where = last_given(node, "belts", ["count"])
-        draft.fault(place, where, fault, f"a count up to {2 * grid['generatrix'] - 2} is wanted on this grid")
+        draft.fault(place, where, fault, f"a count up to {2 * grid['generatrix'] - 2} is expected on this grid")
     elif belts["width"] > widest * (1 + 1e-9):
         place, where = last_given(node, "belts", ["count", "width"])
-        draft.fault(place, where, fault, f"a width up to {widest:.6g} m is wanted for this count")
+        draft.fault(place, where, fault, f"a width up to {widest:.6g} m is expected for this count")

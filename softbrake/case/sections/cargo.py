@@ -30,7 +30,7 @@ class _CargoSection(Section):
         if "diameter" in shell and cargo.get("diameter", 0.0) > shell["diameter"]:
             place, where = last_given(node, self.name, ["diameter"])
             fault = f"{cargo['diameter']:g} m is wider than the cover"
-            draft.fault(place, where, fault, f"a diameter up to shell.diameter, {shell['diameter']:g} m, is wanted")
+            draft.fault(place, where, fault, f"a diameter up to shell.diameter, {shell['diameter']:g} m, is expected")
         return cargo
 
     def build(self, draft: Draft) -> Cargo:

@@ -63,19 +63,19 @@ def _named(draft: Draft, node: Node, fidelity: Fidelity) -> list[Any]:
     many = isinstance(node.value, list)
     items = node.value if isinstance(node.value, list) else [node]
     parts = f"{', '.join(known)}, or a list of them"
-    wanted = f"{parts}, is wanted" if many else f"{', '.join(SETS)}, {parts}, is wanted"
+    expected = f"{parts}, is expected" if many else f"{', '.join(SETS)}, {parts}, is expected"
     named: list[Any] = []
     for number, item in enumerate(items):
         path = join("contact", number) if many else "contact"
         if not isinstance(item.value, str):
-            draft.fault(item.place, path, "no value" if item.value is None else "not a word", wanted)
+            draft.fault(item.place, path, "no value" if item.value is None else "not a word", expected)
         elif item.value not in PARTS:
-            draft.fault(item.place, path, f"unknown part '{item.value}'", wanted)
+            draft.fault(item.place, path, f"unknown part '{item.value}'", expected)
         elif item.value in named:
-            draft.fault(item.place, path, f"'{item.value}' is named twice", "once is wanted")
+            draft.fault(item.place, path, f"'{item.value}' is named twice", "once is expected")
         elif item.value not in known:
             others = [name for name in UNKNOWN if item.value in known_parts(name) and name not in ("lumped", "auto")]
             fault = f"the {fidelity} shell does not know '{item.value}'"
-            draft.fault(item.place, path, fault, f"fidelity: {' or '.join(others)}, or no '{item.value}' is wanted")
+            draft.fault(item.place, path, fault, f"fidelity: {' or '.join(others)}, or no '{item.value}' is expected")
         named.append(item.value)
     return named

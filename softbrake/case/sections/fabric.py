@@ -71,7 +71,7 @@ class _FabricSection(Section):
         fabric = draft.mapping(node, self.name, self.keys, self.alternatives)
         if fabric.get("law") == "tension_field" and fabric.get("slack") == "compression":
             place, where = last_given(node, self.name, ["law", "slack"])
-            draft.fault(place, where, "a tension field carries no compression", "slack: cut, or law: nominal_tension is wanted")
+            draft.fault(place, where, "a tension field carries no compression", "slack: cut, or law: nominal_tension is expected")
         if "E" in fabric:
             fabric["E11"] = fabric["E22"] = fabric.pop("E")
         if not {"E11", "E22"} <= fabric.keys():
@@ -103,12 +103,12 @@ def _reciprocal(draft: Draft, node: Node, fabric: Values) -> bool:
     if "nu21" in fabric and not math.isclose(fabric["nu21"], nu21, rel_tol=RECIPROCITY):
         place, where = last_given(node, "fabric", ["nu12", "nu21", "E", "E11", "E22"])
         sides = f"nu12*E11 = {nu12 * E11:.6g} N/m is not nu21*E22 = {fabric['nu21'] * E22:.6g} N/m"
-        wanted = f"nu21: {nu21:.6g}, or one of nu12 and nu21 alone is wanted"
-        draft.fault(place, where, f"{sides}, so there is no elastic energy", wanted)
+        expected = f"nu21: {nu21:.6g}, or one of nu12 and nu21 alone is expected"
+        draft.fault(place, where, f"{sides}, so there is no elastic energy", expected)
         return False
     if nu12 * nu21 >= 1:
         place, where = last_given(node, "fabric", [*given, "E", "E11", "E22"])
-        draft.fault(place, where, f"nu12*nu21 = {nu12 * nu21:.6g}", "a product < 1 is wanted")
+        draft.fault(place, where, f"nu12*nu21 = {nu12 * nu21:.6g}", "a product < 1 is expected")
         return False
     fabric["nu12"], fabric["nu21"] = nu12, nu21
     return True

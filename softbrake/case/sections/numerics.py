@@ -50,7 +50,7 @@ class ModelChoice:
 
 class _GridSection(Section):
     def read(self, draft: Draft) -> Values:
-        """Cells as given, else of a size that the scene wants."""
+        """Cells as given, else of a size that the scene needs."""
         shell: Values = draft.values("shell")
         grid: Values = super().read(draft)
         grid.setdefault("hoop", HOOP)
@@ -82,7 +82,7 @@ class _ModelSection(Section):
         if node is not None and model["fidelity"] in ONE_COLUMN and model.get("scheme") == "cell":
             place, where = last_given(node, self.name, ["scheme", "fidelity"])
             fault = f"the {model['fidelity']} shell does not know the cell scheme"
-            draft.fault(place, where, fault, "scheme: edge or fidelity: full is wanted")
+            draft.fault(place, where, fault, "scheme: edge or fidelity: full is expected")
         return model
 
 

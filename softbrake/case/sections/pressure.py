@@ -76,7 +76,7 @@ class _PressureSection(Section):
         foreign = list(dict.fromkeys(key.name for key in self.keys if key.name not in {key.name for key in keys}))
         for name in (name for name in members if name in foreign):
             fault = f"not a key of the {law} law"
-            draft.fault(members[name].key, join(self.name, name), fault, f"{listed(keys)} are wanted")
+            draft.fault(members[name].key, join(self.name, name), fault, f"{listed(keys)} are expected")
         values = draft.mapping(node, self.name, keys, others=foreign)
         if law == "table":
             _check_table(draft, node, values)
@@ -128,11 +128,11 @@ def _check_table(draft: Draft, node: Node, values: Values) -> None:
     assert isinstance(items, list)
     for number in range(1, len(times)):
         if times[number] <= times[number - 1]:
-            wanted = f"a time > {times[number - 1]:g} s is wanted"
-            draft.fault(items[number].place, f"pressure.times.{number}", "not later than the time before it", wanted)
+            expected = f"a time > {times[number - 1]:g} s is expected"
+            draft.fault(items[number].place, f"pressure.times.{number}", "not later than the time before it", expected)
     if "values" in values and len(values["values"]) != len(times):
         place, where = last_given(node, "pressure", ["values", "times"])
-        draft.fault(place, where, f"{len(values['values'])} values for {len(times)} times", "a value for each time is wanted")
+        draft.fault(place, where, f"{len(values['values'])} values for {len(times)} times", "a value for each time is expected")
 
 
 def _full_stop_known(draft: Draft) -> bool:
@@ -152,15 +152,15 @@ def _complete_sine(draft: Draft, node: Node, values: Values) -> None:
     if {"peak_time", "end_time"} <= values.keys() and values["end_time"] <= values["peak_time"]:
         place, where = last_given(node, "pressure", ["peak_time", "end_time"])
         fault = f"peak_time {values['peak_time']:.6g} s is not before end_time {values['end_time']:.6g} s"
-        draft.fault(place, where, fault, "peak_time < end_time is wanted")
+        draft.fault(place, where, fault, "peak_time < end_time is expected")
 
 
 def _check_initial(draft: Draft, pressure: Pressure) -> None:
     """A shell is inflated by the pressure it starts with."""
     place, where = last_given(draft.root, "", ["initial"])
     if draft.values("model")["fidelity"] == "lumped":
-        wanted = "initial: unloaded or another fidelity is wanted"
-        draft.fault(place, where, "the lumped model has no shell to inflate", wanted)
+        expected = "initial: unloaded or another fidelity is expected"
+        draft.fault(place, where, "the lumped model has no shell to inflate", expected)
     elif pressure.start == 0.0:
         fault = f"the {pressure.law} law starts without pressure"
-        draft.fault(place, where, fault, "initial: unloaded, or a pressure at t = 0 is wanted")
+        draft.fault(place, where, fault, "initial: unloaded, or a pressure at t = 0 is expected")
