@@ -32,7 +32,8 @@ from rich.table import Table
 import softbrake
 from benchmarks.batch import batch_rate
 from benchmarks.calibration import Calibration
-from softbrake.case.case import Case, load_case
+from softbrake.case.case import Case
+from softbrake.case.case_file import load_case
 from softbrake.core.arrays import Floats, Outcome, State
 from softbrake.core.columns import History
 from softbrake.core.loop.step_size import stable_step

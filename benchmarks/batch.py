@@ -4,7 +4,7 @@ from pathlib import Path
 from time import perf_counter, process_time
 from typing import Any
 
-from softbrake.case.case import load_case
+from softbrake.case.case_file import load_case
 from softbrake.studies.batch import cores, run_batch
 
 PAPER = Path(__file__).resolve().parents[1] / "configs" / "paper.yaml"

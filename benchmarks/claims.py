@@ -18,7 +18,9 @@ from pathlib import Path
 from typing import Any
 
 from benchmarks.scenes import scene
-from softbrake.case.case import Case, level, parse_case
+from softbrake.case.case import Case
+from softbrake.case.case_file import parse_case
+from softbrake.case.level import level
 from softbrake.core.arrays import Outcome
 from softbrake.core.columns import History
 from softbrake.sim import simulation

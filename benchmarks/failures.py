@@ -13,7 +13,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from softbrake.case.case import load_case
+from softbrake.case.case_file import load_case
 from softbrake.core.arrays import PAD, Outcome
 from softbrake.core.columns import History
 from softbrake.core.lanes import close_nodes

@@ -16,7 +16,9 @@ from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 
 from benchmarks.scenes import scene
-from softbrake.case.case import Case, level, parse_case
+from softbrake.case.case import Case
+from softbrake.case.case_file import parse_case
+from softbrake.case.level import level
 from softbrake.core.arrays import Outcome
 from softbrake.core.columns import History
 from softbrake.sim.simulation import Diverged, Simulation, cores

@@ -29,7 +29,8 @@ from pathlib import Path
 import numpy as np
 
 import softbrake
-from softbrake.case.case import Case, load_case, parse_case
+from softbrake.case.case import Case
+from softbrake.case.case_file import load_case, parse_case
 from softbrake.sim.build import initial_energy
 from softbrake.sim.simulation import Simulation
 from softbrake.studies.stability_map import read_axis, survey

@@ -19,12 +19,17 @@ from mkdocs.config.defaults import MkDocsConfig
 from mkdocs.structure.files import File, Files
 
 import softbrake
-from softbrake.case import keys
+from softbrake.case.case import MAPPINGS
+from softbrake.case.keys import Key
+from softbrake.case.section import Section
+from softbrake.case.sections import contact, pressure
+from softbrake.case.sections.sweep import SWEEP
+from softbrake.case.sections.top import TOP
 from softbrake.cli.app import app
-from softbrake.core import arrays as state
+from softbrake.core import columns as state
 from softbrake.sim import summary
 
-ANSWER = ("Summary", "Peak", "FilteredPeaks", "Work", "ModelUsed", "Rung", "Ensemble")
+ANSWER = ("Summary", "Peak", "FilteredPeaks", "Work", "ModelUsed", "Trial", "Ensemble")
 ANSWER += ("Sensitivities", "Sensitivity", "Inflation")
 API_NOTE = (
     "The package exports these names. Importing it loads no kernel; the first use of a name loads its module. "
@@ -61,7 +66,7 @@ def code(text: object) -> str:
 # Keys of the case file
 
 
-def allowed(key: keys.Key) -> str:
+def allowed(key: Key) -> str:
     """Unit and bounds of a key, or its words."""
     if isinstance(key.kind, tuple):
         return ", ".join(code(word) for word in key.kind)
@@ -71,7 +76,7 @@ def allowed(key: keys.Key) -> str:
     return ", ".join(["list of " * key.many + kind, *bounds, *(["or `auto`"] if key.auto else [])])
 
 
-def default(key: keys.Key) -> str:
+def default(key: Key) -> str:
     """What holds where the key is left out."""
     if key.required:
         return "required"
@@ -80,16 +85,16 @@ def default(key: keys.Key) -> str:
     return key.computed or "none"
 
 
-def keys_table(some: Iterable[keys.Key]) -> str:
+def keys_table(some: Iterable[Key]) -> str:
     """A row for each key."""
     rows = [(code(key.name), key.meaning, allowed(key), default(key), code(key.example)) for key in some]
     return table(("key", "meaning", "unit or values", "default", "example"), rows)
 
 
-def alternatives(section: str) -> str:
+def alternatives(section: Section) -> str:
     """In words, which keys of a section exclude one another."""
     said = []
-    for groups in keys.ALTERNATIVES.get(section, ()):
+    for groups in section.alternatives:
         choices = [" and ".join(code(name) for name in group) for group in groups]
         said.append(f"Exactly one is required: {', or '.join(choices)}.")
     return "\n".join(said) + "\n" if said else ""
@@ -104,32 +109,27 @@ def keys_page() -> str:
         "`softbrake init` writes a file with every key. `softbrake check CASE` lists all faults by line and column. "
         "`--set SECTION.KEY=VALUE` replaces one value.\n",
         "## Top level\n",
-        keys_table(keys.TOP),
+        keys_table(TOP.keys),
         "## contact\n",
         "What stops the fabric: one of these words, one part, or a list of parts. The default is `full`.\n",
-        table(("word", "parts"), [(code(w), ", ".join(map(code, parts))) for w, parts in keys.CONTACT_SETS.items()]),
-        "Parts: " + ", ".join(code(part) for part in keys.CONTACT) + ".\n",
+        table(("word", "parts"), [(code(word), ", ".join(map(code, parts))) for word, parts in contact.SETS.items()]),
+        "Parts: " + ", ".join(code(part) for part in contact.PARTS) + ".\n",
     ]
-    for name, some in keys.SECTIONS.items():
-        optional = " This section may be left out." if name in keys.OPTIONAL_SECTIONS else ""
+    for section in MAPPINGS:
+        name, optional = section.name, " This section may be left out." if section.optional else ""
         if name == "pressure":
-            parts.append(f"## {name}\n\n{keys_table([keys.LAW])}\nThe other keys depend on the law.\n")
-            parts += [f"### law: {law}\n\n{keys_table(own)}" for law, own in keys.PRESSURE.items()]
+            parts.append(f"## {name}\n\n{keys_table([pressure.LAW])}\nThe other keys depend on the law.\n")
+            parts += [f"### law: {law}\n\n{keys_table(own)}" for law, own in pressure.LAWS.items()]
         elif name == "belts":
-            parts.append(f"## belts\n\nBelts at uniform spacing, or a list of belts.{optional} {alternatives(name)}")
-            parts += [
-                "### at uniform spacing\n",
-                keys_table(keys.BELTS),
-                "### each belt of a list\n",
-                keys_table(keys.LISTED_BELT),
-            ]
+            parts.append(f"## belts\n\nBelts at uniform spacing, or a list of belts.{optional} {alternatives(section)}")
+            parts += ["### at uniform spacing\n", keys_table(section.keys), "### each belt of a list\n", keys_table(section.each)]
         else:
-            said = f"{optional.strip()} {alternatives(name)}".strip()
-            parts.append("\n\n".join(part for part in (f"## {name}", said, keys_table(some)) if part))
+            said = f"{optional.strip()} {alternatives(section)}".strip()
+            parts.append("\n\n".join(part for part in (f"## {name}", said, keys_table(section.keys)) if part))
     parts += [
         "## sweep\n",
         "`softbrake sweep` reads this section: `vary`, a mapping of keys to values, and\n",
-        keys_table(keys.SWEEP),
+        keys_table(SWEEP.keys),
     ]
     return "\n".join(parts)
 

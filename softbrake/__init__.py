@@ -9,7 +9,8 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from softbrake.case.case import Case, CaseError, load_case
+    from softbrake.case.case import Case
+    from softbrake.case.case_file import CaseError, load_case
     from softbrake.sim.result_file import Result, ResultError, read_result
     from softbrake.sim.simulation import Diverged, NotInflated
     from softbrake.sim.summary import Summary
@@ -31,7 +32,8 @@ __all__ = [
 ]
 
 _HOMES = {
-    "case.case": ("Case", "CaseError", "load_case"),
+    "case.case": ("Case",),
+    "case.case_file": ("CaseError", "load_case"),
     "sim.result_file": ("Result", "ResultError", "read_result"),
     "sim.simulation": ("Diverged", "NotInflated"),
     "sim.summary": ("Summary",),

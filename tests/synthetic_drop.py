@@ -4,7 +4,14 @@ from pathlib import Path
 
 import numpy as np
 
-from softbrake.case.case import Belt, Cargo, Case, Fabric, Grid, Model, Output, Pressure, Shell, Time
+from softbrake.case.case import Case
+from softbrake.case.sections.belts import Belt
+from softbrake.case.sections.cargo import Cargo
+from softbrake.case.sections.fabric import Fabric
+from softbrake.case.sections.numerics import Grid, ModelChoice, Time
+from softbrake.case.sections.output import Output
+from softbrake.case.sections.pressure import Pressure
+from softbrake.case.sections.shell import Shell
 from softbrake.core.arrays import Floats
 from softbrake.core.columns import History
 from softbrake.sim.result_file import ResultFile
@@ -30,7 +37,7 @@ def case(generatrix: int = 36, hoop: int = 90, belts: int = 3) -> Case:
         pressure=Pressure("constant", PRESSURE, 0.0, 0.0, (), (), 0.0),
         grid=Grid(generatrix, hoop),
         time=Time(0.5, 0.3),
-        model=Model("edge", "full"),
+        model=ModelChoice("edge", "full"),
         output=Output(0.002, 10, 180),
     )
 

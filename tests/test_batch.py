@@ -9,7 +9,8 @@ import numpy as np
 import pytest
 
 import softbrake
-from softbrake.case.case import Case, load_case
+from softbrake.case.case import Case
+from softbrake.case.case_file import load_case
 from softbrake.sim.result_file import read_history
 from softbrake.sim.summary import Summary
 from softbrake.studies import batch

@@ -13,8 +13,12 @@ from pathlib import Path
 import pytest
 import yaml
 
-from softbrake.case.case import Belt, Case, CaseError, case_to_dict, load_case, parse_case, schema, starter
-from softbrake.case.keys import SECTIONS, SHEAR, TOP
+from softbrake.case.case import SECTIONS, Case, case_to_dict
+from softbrake.case.case_file import CaseError, load_case, open_case, parse_case
+from softbrake.case.schema import schema, starter
+from softbrake.case.sections.belts import Belt
+from softbrake.case.sections.fabric import SHEAR
+from softbrake.case.sections.top import TOP
 from softbrake.case.units import Dimension, parse_quantity
 
 CONFIGS = sorted((Path(__file__).parent.parent / "configs").glob("*.yaml"))
@@ -191,6 +195,49 @@ def test_table_pressure() -> None:
     assert (got.law, got.times, got.values, got.damping, got.value) == ("table", (0.0, 0.05), (1000.0, 0.0), 0.01, 0.0)
 
 
+# A file read once
+
+
+LISTED = "belts:\n- {height: 0.2, layers: 2, width: 2 cm}\n- {height: 0.4, layers: 3, width: 2 cm}\n"
+
+
+def test_case_file_is_read_once(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Its variations are those of --set, come from no file and no text of it, and leave it as it is."""
+    path = tmp_path / "f.yaml"
+    path.write_text(GOOD + LISTED)
+    expected = {
+        "fabric.E11=3": load_case(path, ["cargo.mass=50", "fabric.E11=3"]),  # E22 keeps what E gave
+        "belts.1.height=0.3": load_case(path, ["cargo.mass=50", "belts.1.height=0.3"]),
+        "fabric.damping_ratio=1%": load_case(path, ["cargo.mass=50", "fabric.damping_ratio=1%"]),
+        "contact=[ground]": load_case(path, ["cargo.mass=50", "contact=[ground]"]),
+    }
+    opened = open_case(path, ["cargo.mass=50"])
+    path.unlink()
+    parsed: list[str] = []
+    monkeypatch.setattr(yaml, "parse", lambda text, Loader, parse=yaml.parse: parsed.append(text) or parse(text, Loader))
+    for override, one in expected.items():
+        assert opened.set([override]).case == one
+    assert parsed == [override.partition("=")[2] for override in expected]
+    assert opened.set([]).case == opened.case == parse_case(GOOD + LISTED, "f.yaml", ["cargo.mass=50"])
+    assert opened.set(["fabric.E11=3"]).set(["fabric.E22=4"]).case.fabric.E11 == 3.0
+    assert opened.vary({"fabric.E": 2e4, "belts.0.width": 0.01}) == opened.set(["fabric.E=20000.0", "belts.0.width=0.01"]).case
+    table = opened.set(["pressure={law: table, times: [0, 0.1], values: [0, 15 kPa]}"])
+    assert table.vary({"pressure.values": (1.0, 2.0)}).pressure.values == (1.0, 2.0)
+
+
+def test_faults_of_variations_name_their_place(tmp_path: Path) -> None:
+    (tmp_path / "f.yaml").write_text(GOOD + LISTED)
+    opened = open_case(tmp_path / "f.yaml", ["cargo.mass=50"])
+    for values, message in (
+        ({"cargo.diameter": 0.6}, "--set cargo.diameter=0.6: cargo.diameter: 0.6 m is wider than the cover; a diameter up to"),
+        ({"belts.1.height": 0.6}, "--set belts.1.height=0.6: belts.1.height: the belt comes closer than half a grid cell"),
+        ({"shell.height": 0.3}, f"{tmp_path}/f.yaml:{END + 2}:28: belts.1.width: the belt comes closer than half a grid cell"),
+    ):
+        with pytest.raises(CaseError) as caught:
+            opened.vary(values)
+        assert str(caught.value).startswith(message)
+
+
 # Messages
 
 
@@ -207,15 +254,31 @@ cargo: {mass: 100 kg}
 """
     assert faults(text, "grid.hoop=7", "time.end=0") == [
         "1:1: gravty: unknown key; did you mean 'gravity'?",
-        "1:1: pressure: missing; a section such as 'pressure: {law: constant, value: 15696 Pa}' is wanted",
-        "2:19: shell.diameter: 's' is a time; a length > 0 such as '0.5 m' is wanted",
+        "1:1: pressure: missing; a section such as 'pressure: {law: constant, value: 15696 Pa}' is expected",
+        "2:19: shell.diameter: 's' is a time; a length > 0 such as '0.5 m' is expected",
         "3:1: fabric: missing 'damping_ratio' or 'viscosity'; for instance 'damping_ratio: 3 %'",
-        "5:18: fabric.areal_density: '-1 kg/m^2' is out of range; a mass per area > 0 such as '0.05 kg/m^2' is wanted",
-        "6:9: fabric.nu12: nan is not a finite number; a ratio >= 0 such as '0.25' is wanted",
-        "7:3: fabric.nu12: duplicate key, first at f.yaml:6:3; each key once is wanted",
-        "8:1: cargo.velocity: missing; a speed > 0 such as '6 m/s' is wanted",
-        "--set grid.hoop=7: grid.hoop: 7 is out of range; an integer >= 8 and <= 10000 such as '120' is wanted",
-        "--set time.end=0: time.end: 0 is out of range; a time > 0 such as '1 s' is wanted",
+        "5:18: fabric.areal_density: '-1 kg/m^2' is out of range; a mass per area > 0 such as '0.05 kg/m^2' is expected",
+        "6:9: fabric.nu12: nan is not a finite number; a ratio >= 0 such as '0.25' is expected",
+        "7:3: fabric.nu12: duplicate key, first at f.yaml:6:3; each key once is expected",
+        "8:1: cargo.velocity: missing; a speed > 0 such as '6 m/s' is expected",
+        "--set grid.hoop=7: grid.hoop: 7 is out of range; an integer >= 8 and <= 10000 such as '120' is expected",
+        "--set time.end=0: time.end: 0 is out of range; a time > 0 such as '1 s' is expected",
+    ]
+
+
+def test_sine_law_takes_no_height_of_the_cargo_for_one_of_the_shell() -> None:
+    text = GOOD.replace(", height: 0.6 m", "").replace("6 m/s}", "6 m/s, height: 0.5 m}")
+    assert faults(text.replace("constant, value: 15696 Pa", "sine, peak_time: 0.1 s")) == [
+        "1:1: shell.height: missing; a length > 0 such as '0.6 m' is expected"
+    ]
+
+
+def test_keys_of_other_laws_are_named_in_the_order_of_the_table() -> None:
+    told = faults(GOOD, override := "pressure={law: constant, values: 1, peak_time: 1, value: 1, zzz: 1}")
+    assert [fault.removeprefix(f"--set {override}: pressure.") for fault in told] == [
+        "values: not a key of the constant law; law, value, damping are expected",
+        "peak_time: not a key of the constant law; law, value, damping are expected",
+        "zzz: unknown key; known are law, value, damping, peak_time, end_time, times, values",
     ]
 
 
@@ -226,105 +289,111 @@ END = GOOD.count("\n") + 1
     ("section", "message"),
     [
         # kinds of values
-        ("title: 12", "{}:8: title: 12 is not a text (quote it); a text such as 'My drop' is wanted"),
-        ("gravity: -1", "{}:10: gravity: -1 is out of range; an acceleration >= 0 such as '9.80665 m/s^2' is wanted"),
-        ("gravity: true", "{}:10: gravity: true is not a number; an acceleration >= 0 such as '9.80665 m/s^2' is wanted"),
-        ("gravity:", "{}:9: gravity: no value; an acceleration >= 0 such as '9.80665 m/s^2' is wanted"),
-        ("gravity: [1]", "{}:10: gravity: a list is not one value; an acceleration >= 0 such as '9.80665 m/s^2' is wanted"),
-        ("gravity: {a: 1}", "{}:10: gravity: a mapping is not one value; an acceleration >= 0 such as '9.80665 m/s^2' is wanted"),
-        ("gravity: .inf", "{}:10: gravity: inf is not a finite number; an acceleration >= 0 such as '9.80665 m/s^2' is wanted"),
+        ("title: 12", "{}:8: title: 12 is not a text (quote it); a text such as 'My drop' is expected"),
+        ("gravity: -1", "{}:10: gravity: -1 is out of range; an acceleration >= 0 such as '9.80665 m/s^2' is expected"),
+        ("gravity: true", "{}:10: gravity: true is not a number; an acceleration >= 0 such as '9.80665 m/s^2' is expected"),
+        ("gravity:", "{}:9: gravity: no value; an acceleration >= 0 such as '9.80665 m/s^2' is expected"),
+        ("gravity: [1]", "{}:10: gravity: a list is not one value; an acceleration >= 0 such as '9.80665 m/s^2' is expected"),
+        (
+            "gravity: {a: 1}",
+            "{}:10: gravity: a mapping is not one value; an acceleration >= 0 such as '9.80665 m/s^2' is expected",
+        ),
+        ("gravity: .inf", "{}:10: gravity: inf is not a finite number; an acceleration >= 0 such as '9.80665 m/s^2' is expected"),
         (
             "time: {end: 1e-200}",
-            "{}:13: time.end: 1e-200 is not between 1e-30 and 1e30 in SI units; a time > 0 such as '1 s' is wanted",
+            "{}:13: time.end: 1e-200 is not between 1e-30 and 1e30 in SI units; a time > 0 such as '1 s' is expected",
         ),
-        ("time: {end: 1" + 400 * "0" + "}", "{}:13: time.end: inf is not a finite number; a time > 0 such as '1 s' is wanted"),
-        ("time: {courant: 0}", "{}:17: time.courant: 0 is out of range; auto or a ratio > 0 such as '0.5' is wanted"),
+        ("time: {end: 1" + 400 * "0" + "}", "{}:13: time.end: inf is not a finite number; a time > 0 such as '1 s' is expected"),
+        ("time: {courant: 0}", "{}:17: time.courant: 0 is out of range; auto or a ratio > 0 such as '0.5' is expected"),
         (
             "time: {courant: fast}",
-            "{}:17: time.courant: 'fast' is not a number with a unit; auto or a ratio > 0 such as '0.5' is wanted",
+            "{}:17: time.courant: 'fast' is not a number with a unit; auto or a ratio > 0 such as '0.5' is expected",
         ),
-        ("time: {end: 1 sec}", "{}:13: time.end: unknown unit 'sec'; a time > 0 such as '1 s' is wanted"),
+        ("time: {end: 1 sec}", "{}:13: time.end: unknown unit 'sec'; a time > 0 such as '1 s' is expected"),
         (
             "grid: {generatrix: 3}",
-            "{}:20: grid.generatrix: 3 is out of range; an integer >= 4 and <= 10000 such as '44' is wanted",
+            "{}:20: grid.generatrix: 3 is out of range; an integer >= 4 and <= 10000 such as '44' is expected",
         ),
-        ("grid: {hoop: 9.5}", "{}:14: grid.hoop: 9.5 is not an integer; an integer >= 8 and <= 10000 such as '120' is wanted"),
-        ("grid: {hoop: '90'}", "{}:14: grid.hoop: '90' is not an integer; an integer >= 8 and <= 10000 such as '120' is wanted"),
-        ("model: {scheme: cells}", "{}:17: model.scheme: unknown value 'cells'; edge or cell is wanted"),
-        ("model: edge", "{}:8: model: not a mapping; a mapping of scheme, fidelity is wanted"),
-        ("output:", "{}:8: output: not a mapping; a mapping of snapshot_interval, history_interval, cfc is wanted"),
-        ("output: {cfc: 100}", "{}:15: output.cfc: unknown value 100; 60 or 180 or 600 or 1000 is wanted"),
-        ("output: {cfc: 60.0}", "{}:15: output.cfc: unknown value 60.0; 60 or 180 or 600 or 1000 is wanted"),
-        ("output: {cfc: '180'}", "{}:15: output.cfc: unknown value '180'; 60 or 180 or 600 or 1000 is wanted"),
+        ("grid: {hoop: 9.5}", "{}:14: grid.hoop: 9.5 is not an integer; an integer >= 8 and <= 10000 such as '120' is expected"),
+        (
+            "grid: {hoop: '90'}",
+            "{}:14: grid.hoop: '90' is not an integer; an integer >= 8 and <= 10000 such as '120' is expected",
+        ),
+        ("model: {scheme: cells}", "{}:17: model.scheme: unknown value 'cells'; edge or cell is expected"),
+        ("model: edge", "{}:8: model: not a mapping; a mapping of scheme, fidelity is expected"),
+        ("output:", "{}:8: output: not a mapping; a mapping of snapshot_interval, history_interval, cfc is expected"),
+        ("output: {cfc: 100}", "{}:15: output.cfc: unknown value 100; 60 or 180 or 600 or 1000 is expected"),
+        ("output: {cfc: 60.0}", "{}:15: output.cfc: unknown value 60.0; 60 or 180 or 600 or 1000 is expected"),
+        ("output: {cfc: '180'}", "{}:15: output.cfc: unknown value '180'; 60 or 180 or 600 or 1000 is expected"),
         (
             "output: {history_interval: 0}",
-            "{}:28: output.history_interval: 0 is out of range; an integer >= 1 such as '1' is wanted",
+            "{}:28: output.history_interval: 0 is out of range; an integer >= 1 such as '1' is expected",
         ),
         (
             "output: {snapshot_interval: 0 s}",
-            "{}:29: output.snapshot_interval: '0 s' is out of range; a time > 0 such as '2 ms' is wanted",
+            "{}:29: output.snapshot_interval: '0 s' is out of range; a time > 0 such as '2 ms' is expected",
         ),
         # keys
         ("grid: {hoops: 90}", "{}:8: grid.hoops: unknown key; did you mean 'hoop'?"),
         ("grid: {zzz: 90}", "{}:8: grid.zzz: unknown key; known are generatrix, hoop"),
-        ("cargo: {}", "{}:1: cargo: duplicate key, first at f.yaml:6:1; each key once is wanted"),
+        ("cargo: {}", "{}:1: cargo: duplicate key, first at f.yaml:6:1; each key once is expected"),
         # YAML beyond plain data
         ("gravity: &a 9.8", "{}:10: gravity: anchor '&a' is not supported; leave it out"),
         ("gravity: !!float 9.8", "{}:10: gravity: tag 'tag:yaml.org,2002:float' is not supported; leave it out"),
         ("<<: {a: 1}", "{}:1: <<: merge keys are not supported; write the keys out"),
-        ("? [a]\n: 1", "{}:3: a key that is not a text; plain keys are wanted"),
-        ("---\na: 1", "{}:1: a second document; one document a file is wanted"),
+        ("? [a]\n: 1", "{}:3: a key that is not a text; plain keys are expected"),
+        ("---\na: 1", "{}:1: a second document; one document a file is expected"),
         # belts
         (
             "belts: 3",
-            "{}:8: belts: not a mapping; a mapping of count, layers, stiffness, line_density, width, strength is wanted",
+            "{}:8: belts: not a mapping; a mapping of count, layers, stiffness, line_density, width, strength is expected",
         ),
-        ("belts: {layers: 5, width: 1 cm}", "{}:1: belts.count: missing; an integer >= 0 such as '3' is wanted"),
-        ("belts: {count: 1, layers: 5}", "{}:1: belts.width: missing; a length > 0 such as '16.667 mm' is wanted"),
+        ("belts: {layers: 5, width: 1 cm}", "{}:1: belts.count: missing; an integer >= 0 such as '3' is expected"),
+        ("belts: {count: 1, layers: 5}", "{}:1: belts.width: missing; a length > 0 such as '16.667 mm' is expected"),
         (
             "belts: {count: 1, width: 1 cm}",
             "{}:1: belts: missing 'layers' or 'stiffness' and 'line_density'; for instance 'layers: 5'",
         ),
-        ("belts: {count: 0, layers: 0}", "{}:27: belts.layers: 0 is out of range; a ratio > 0 such as '5' is wanted"),
+        ("belts: {count: 0, layers: 0}", "{}:27: belts.layers: 0 is out of range; a ratio > 0 such as '5' is expected"),
         (
             "belts: {count: -1, layers: 5, width: 1 cm}",
-            "{}:16: belts.count: -1 is out of range; an integer >= 0 such as '3' is wanted",
+            "{}:16: belts.count: -1 is out of range; an integer >= 0 such as '3' is expected",
         ),
         (
             "belts: [{height: 0.3, layers: 5, width: 1 cm, line_density: 1 g/m}]",
-            "{}:47: belts.0.line_density: given besides layers; either 'layers' or 'stiffness' and 'line_density' is wanted",
+            "{}:47: belts.0.line_density: given besides layers; either 'layers' or 'stiffness' and 'line_density' is expected",
         ),
         (
             "belts: [{height: 0.3, stiffness: 5, width: 1 cm}]",
-            "{}:9: belts.0.line_density: missing; a mass per length > 0 such as '4.2 g/m' is wanted",
+            "{}:9: belts.0.line_density: missing; a mass per length > 0 such as '4.2 g/m' is expected",
         ),
         (
             "belts: [7]",
-            "{}:9: belts.0: not a mapping; a mapping of height, layers, stiffness, line_density, width, strength is wanted",
+            "{}:9: belts.0: not a mapping; a mapping of height, layers, stiffness, line_density, width, strength is expected",
         ),
         (
             "belts: [{height: 0.59, layers: 5, width: 20 mm}]\ngrid: {generatrix: 36}",
             "{}:35: belts.0.width: the belt comes closer than half a grid cell to a cover; "
-            "a height from 0.0183333 m to 0.581667 m is wanted for this width",
+            "a height from 0.0183333 m to 0.581667 m is expected for this width",
         ),
         (
             "belts: [{width: 20 mm, layers: 5, height: 0.0183}]\ngrid: {generatrix: 36}",
             "{}:35: belts.0.height: the belt comes closer than half a grid cell to a cover; "
-            "a height from 0.0183333 m to 0.581667 m is wanted for this width",
+            "a height from 0.0183333 m to 0.581667 m is expected for this width",
         ),
         (
             "belts: [{height: 0.3, layers: 5, width: 0.6}]\ngrid: {generatrix: 36}",
-            "{}:34: belts.0.width: the belt is wider than the room between the covers; a width < 0.583333 m is wanted",
+            "{}:34: belts.0.width: the belt is wider than the room between the covers; a width < 0.583333 m is expected",
         ),
         (
             "belts: {count: 2, layers: 5, width: 0.39}\ngrid: {generatrix: 36}",
             "{}:30: belts.width: the outer belts come closer than half a grid cell to the covers; "
-            "a width up to 0.383333 m is wanted for this count",
+            "a width up to 0.383333 m is expected for this count",
         ),
         (
             "belts: {count: 71, layers: 5, width: 1 mm}\ngrid: {generatrix: 36}",
             "{}:9: belts.count: the outer belts come closer than half a grid cell to the covers; "
-            "a count up to 70 is wanted on this grid",
+            "a count up to 70 is expected on this grid",
         ),
     ],
 )
@@ -338,49 +407,49 @@ def test_fault_in_another_section(section: str, message: str) -> None:
         (
             "diameter: 0.5 m",
             "diameter: 0 m",
-            ["1:19: shell.diameter: '0 m' is out of range; a length > 0 such as '0.5 m' is wanted"],
+            ["1:19: shell.diameter: '0 m' is out of range; a length > 0 such as '0.5 m' is expected"],
         ),
         ("height: 0.6 m", "heigth: 0.6 m", ["1:26: shell.heigth: unknown key; did you mean 'height'?"]),
         ("shell:", "shel:", ["1:1: shel: unknown key; did you mean 'shell'?"]),
-        ("mass: 100 kg", "mass: -5 kg", ["6:15: cargo.mass: '-5 kg' is out of range; a mass > 0 such as '100 kg' is wanted"]),
-        ("6 m/s", "0", ["6:33: cargo.velocity: 0 is out of range; a speed > 0 such as '6 m/s' is wanted"]),
+        ("mass: 100 kg", "mass: -5 kg", ["6:15: cargo.mass: '-5 kg' is out of range; a mass > 0 such as '100 kg' is expected"]),
+        ("6 m/s", "0", ["6:33: cargo.velocity: 0 is out of range; a speed > 0 such as '6 m/s' is expected"]),
         # fabric
-        ("E: 20 kN/m", "E11: 1", ["2:1: fabric.E22: missing; a force per length > 0 such as '20 kN/m' is wanted"]),
+        ("E: 20 kN/m", "E11: 1", ["2:1: fabric.E22: missing; a force per length > 0 such as '20 kN/m' is expected"]),
         ("  E: 20 kN/m\n", "", ["2:1: fabric: missing 'E' or 'E11' and 'E22'; for instance 'E: 20 kN/m'"]),
         (
             "E: 20 kN/m",
             "E: 20 kN/m\n  E11: 20 kN/m",
-            ["4:3: fabric.E11: given besides E; either 'E' or 'E11' and 'E22' is wanted"],
+            ["4:3: fabric.E11: given besides E; either 'E' or 'E11' and 'E22' is expected"],
         ),
         ("viscosity", "viscosty", ["5:3: fabric.viscosty: unknown key; did you mean 'viscosity'?"]),
         (
             "viscosity: 0.2",
             "viscosity: -0.2",
-            ["5:14: fabric.viscosity: '-0.2 N*s/m' is out of range; a fabric viscosity >= 0 such as '0.2 N*s/m' is wanted"],
+            ["5:14: fabric.viscosity: '-0.2 N*s/m' is out of range; a fabric viscosity >= 0 such as '0.2 N*s/m' is expected"],
         ),
         (
             "viscosity:",
             "damping_ratio: 3 %\n  viscosity:",
-            ["6:3: fabric.viscosity: given besides damping_ratio; either 'damping_ratio' or 'viscosity' is wanted"],
+            ["6:3: fabric.viscosity: given besides damping_ratio; either 'damping_ratio' or 'viscosity' is expected"],
         ),
         (
             "  viscosity: 0.2 N*s/m\n",
             "",
             ["2:1: fabric: missing 'damping_ratio' or 'viscosity'; for instance 'damping_ratio: 3 %'"],
         ),
-        ("E: 20 kN/m", "E11: 1\n  E22: 4\n  nu12: 2", ["5:3: fabric.nu12: nu12*nu21 = 1; a product < 1 is wanted"]),
-        ("E: 20 kN/m", "E11: 1\n  E22: 4\n  nu21: 0.6", ["5:3: fabric.nu21: nu12*nu21 = 1.44; a product < 1 is wanted"]),
-        ("E: 20 kN/m", "E: 1\n  nu12: -0.1", ["4:9: fabric.nu12: -0.1 is out of range; a ratio >= 0 such as '0.25' is wanted"]),
+        ("E: 20 kN/m", "E11: 1\n  E22: 4\n  nu12: 2", ["5:3: fabric.nu12: nu12*nu21 = 1; a product < 1 is expected"]),
+        ("E: 20 kN/m", "E11: 1\n  E22: 4\n  nu21: 0.6", ["5:3: fabric.nu21: nu12*nu21 = 1.44; a product < 1 is expected"]),
+        ("E: 20 kN/m", "E: 1\n  nu12: -0.1", ["4:9: fabric.nu12: -0.1 is out of range; a ratio >= 0 such as '0.25' is expected"]),
         (
             "E: 20 kN/m",
             "E: 1\n  G12: -1",
-            ["4:8: fabric.G12: -1 is out of range; a force per length >= 0 such as '1 kN/m' is wanted"],
+            ["4:8: fabric.G12: -1 is out of range; a force per length >= 0 such as '1 kN/m' is expected"],
         ),
-        ("E: 20 kN/m", "E: 1\n  slack: no", ["4:10: fabric.slack: unknown value 'no'; cut or compression is wanted"]),
+        ("E: 20 kN/m", "E: 1\n  slack: no", ["4:10: fabric.slack: unknown value 'no'; cut or compression is expected"]),
         (
             "E: 20 kN/m",
             "law: TEXT\n  E: 1",
-            ["3:8: fabric.law: unknown value 'TEXT'; tension_field or nominal_tension or true_tension is wanted"],
+            ["3:8: fabric.law: unknown value 'TEXT'; tension_field or nominal_tension or true_tension is expected"],
         ),
         *(
             (
@@ -388,7 +457,7 @@ def test_fault_in_another_section(section: str, message: str) -> None:
                 f"law: {law}\n  E11: 20 kN/m\n  E22: 10 kN/m\n  nu12: 0.2\n  nu21: 0.2",
                 [
                     "7:3: fabric.nu21: nu12*E11 = 4000 N/m is not nu21*E22 = 2000 N/m, so there is no elastic energy; "
-                    "nu21: 0.4, or one of nu12 and nu21 alone is wanted"
+                    "nu21: 0.4, or one of nu12 and nu21 alone is expected"
                 ],
             )
             for law in ("tension_field", "nominal_tension", "true_tension")
@@ -396,65 +465,65 @@ def test_fault_in_another_section(section: str, message: str) -> None:
         (
             "E: 20 kN/m",
             "E: 1\n  slack: compression",
-            ["4:3: fabric.slack: a tension field carries no compression; slack: cut, or law: nominal_tension is wanted"],
+            ["4:3: fabric.slack: a tension field carries no compression; slack: cut, or law: nominal_tension is expected"],
         ),
         (
             "E: 20 kN/m",
             "slack: compression\n  law: tension_field\n  E: 1",
-            ["4:3: fabric.law: a tension field carries no compression; slack: cut, or law: nominal_tension is wanted"],
+            ["4:3: fabric.law: a tension field carries no compression; slack: cut, or law: nominal_tension is expected"],
         ),
         # pressure
-        ("law: constant", "law: constnt", ["7:17: pressure.law: unknown value 'constnt'; constant or sine or table is wanted"]),
+        ("law: constant", "law: constnt", ["7:17: pressure.law: unknown value 'constnt'; constant or sine or table is expected"]),
         ("law: constant", "lw: constant", ["7:12: pressure.lw: unknown key; did you mean 'law'?"]),
-        ("law: constant, ", "", ["7:1: pressure.law: missing; constant or sine or table is wanted"]),
-        (", value: 15696 Pa", "", ["7:1: pressure.value: missing; a pressure >= 0 such as '15696 Pa' is wanted"]),
-        ("15696 Pa", "-1 Pa", ["7:34: pressure.value: '-1 Pa' is out of range; a pressure >= 0 such as '15696 Pa' is wanted"]),
+        ("law: constant, ", "", ["7:1: pressure.law: missing; constant or sine or table is expected"]),
+        (", value: 15696 Pa", "", ["7:1: pressure.value: missing; a pressure >= 0 such as '15696 Pa' is expected"]),
+        ("15696 Pa", "-1 Pa", ["7:34: pressure.value: '-1 Pa' is out of range; a pressure >= 0 such as '15696 Pa' is expected"]),
         (
             "15696 Pa",
             "1, damping: -1",
-            ["7:46: pressure.damping: -1 is out of range; an inverse speed >= 0 such as '0 s/m' is wanted"],
+            ["7:46: pressure.damping: -1 is out of range; an inverse speed >= 0 such as '0 s/m' is expected"],
         ),
         (
             "value: 15696 Pa",
             "value: 1, peak_time: 1",
-            ["7:37: pressure.peak_time: not a key of the constant law; law, value, damping are wanted"],
+            ["7:37: pressure.peak_time: not a key of the constant law; law, value, damping are expected"],
         ),
-        ("constant, value: 15696 Pa", "sine", ["7:1: pressure.peak_time: missing; a time > 0 such as '0.1 s' is wanted"]),
+        ("constant, value: 15696 Pa", "sine", ["7:1: pressure.peak_time: missing; a time > 0 such as '0.1 s' is expected"]),
         (
             "constant, value: 15696 Pa",
             "sine, peak_time: 0.2",
-            ["7:23: pressure.peak_time: peak_time 0.2 s is not before end_time 0.2 s; peak_time < end_time is wanted"],
+            ["7:23: pressure.peak_time: peak_time 0.2 s is not before end_time 0.2 s; peak_time < end_time is expected"],
         ),
         (
             "constant, value: 15696 Pa",
             "sine, peak_time: 0.1, end_time: 0.1",
-            ["7:39: pressure.end_time: peak_time 0.1 s is not before end_time 0.1 s; peak_time < end_time is wanted"],
+            ["7:39: pressure.end_time: peak_time 0.1 s is not before end_time 0.1 s; peak_time < end_time is expected"],
         ),
         (
             "constant, value: 15696 Pa",
             "table, times: [0, 1, 1 s], values: [1, -1]",
             [
-                "7:38: pressure.times.2: not later than the time before it; a time > 1 s is wanted",
-                "7:56: pressure.values.1: -1 is out of range; a pressure >= 0 such as '15 kPa' is wanted",
+                "7:38: pressure.times.2: not later than the time before it; a time > 1 s is expected",
+                "7:56: pressure.values.1: -1 is out of range; a pressure >= 0 such as '15 kPa' is expected",
             ],
         ),
         (
             "constant, value: 15696 Pa",
             "table, times: [0, 1, 2], values: [1, 2]",
-            ["7:42: pressure.values: 2 values for 3 times; a value for each time is wanted"],
+            ["7:42: pressure.values: 2 values for 3 times; a value for each time is expected"],
         ),
         (
             "constant, value: 15696 Pa",
             "table, times: 3, values: [2]",
             [
-                "7:31: pressure.times: not a list; a list such as [0 s, 0.1 s] is wanted",
-                "7:42: pressure.values: fewer than two values; a list such as [0 kPa, 15 kPa] is wanted",
+                "7:31: pressure.times: not a list; a list such as [0 s, 0.1 s] is expected",
+                "7:42: pressure.values: fewer than two values; a list such as [0 kPa, 15 kPa] is expected",
             ],
         ),
         (
             "constant, value: 15696 Pa",
             "table, times: [-1, 2], values: [1, 2]",
-            ["7:32: pressure.times.0: -1 is out of range; a time >= 0 such as '0.1 s' is wanted"],
+            ["7:32: pressure.times.0: -1 is out of range; a time >= 0 such as '0.1 s' is expected"],
         ),
     ],
 )
@@ -465,19 +534,19 @@ def test_fault(old: str, new: str, messages: list[str]) -> None:
 
 @pytest.mark.parametrize("text", ["", "# only a comment\n"])
 def test_empty_file(text: str) -> None:
-    assert faults(text) == ["1:1: an empty file; sections such as 'shell:' are wanted"]
+    assert faults(text) == ["1:1: an empty file; sections such as 'shell:' are expected"]
 
 
 def test_top_level_is_a_mapping() -> None:
-    assert faults("- shell") == ["1:1: not a mapping; sections such as 'shell:' are wanted"]
+    assert faults("- shell") == ["1:1: not a mapping; sections such as 'shell:' are expected"]
 
 
 def test_yaml_syntax() -> None:
     (message,) = faults("shell:\n  diameter: 0.5: m\n")
     assert message.startswith("2:16: mapping values are not allowed")
-    assert message.endswith("; valid YAML is wanted")
+    assert message.endswith("; valid YAML is expected")
     assert faults("a: \x01")[0].startswith("1:4: ")
-    assert faults("a: " + 3000 * "[")[0].endswith("valid YAML is wanted")
+    assert faults("a: " + 3000 * "[")[0].endswith("valid YAML is expected")
 
 
 def test_aliases_are_refused() -> None:
@@ -491,9 +560,9 @@ def test_files_that_cannot_be_read(tmp_path: Path) -> None:
     missing, binary = tmp_path / "missing.yaml", tmp_path / "binary.yaml"
     binary.write_bytes(b"title: a\nshell: \xff\n")
     expected = {
-        missing: f"{missing}: No such file or directory; a case file is wanted",
-        tmp_path: f"{tmp_path}: Is a directory; a case file is wanted",
-        binary: f"{binary}:2:8: byte 0xff is not UTF-8; a text file in UTF-8 is wanted",
+        missing: f"{missing}: No such file or directory; a case file is expected",
+        tmp_path: f"{tmp_path}: Is a directory; a case file is expected",
+        binary: f"{binary}:2:8: byte 0xff is not UTF-8; a text file in UTF-8 is expected",
     }
     for path, message in expected.items():
         with pytest.raises(CaseError) as caught:
@@ -547,19 +616,19 @@ def test_overrides_reach_any_key() -> None:
 @pytest.mark.parametrize(
     ("override", "message"),
     [
-        ("fabric.E=18 s", "fabric.E: 's' is a time; a force per length > 0 such as '20 kN/m' is wanted"),
-        ("fabric.E=", "fabric.E: no value; a force per length > 0 such as '20 kN/m' is wanted"),
+        ("fabric.E=18 s", "fabric.E: 's' is a time; a force per length > 0 such as '20 kN/m' is expected"),
+        ("fabric.E=", "fabric.E: no value; a force per length > 0 such as '20 kN/m' is expected"),
         ("fabric.viscosty=1", "fabric.viscosty: unknown key; did you mean 'viscosity'?"),
         ("fabrik.E=1", "fabrik: unknown key; did you mean 'fabric'?"),
-        ("fabric.E", "not KEY=VALUE; a key and its value such as 'fabric.E=18.75kN/m' is wanted"),
-        ("fabric..E=1", "not KEY=VALUE; a key and its value such as 'fabric.E=18.75kN/m' is wanted"),
-        ("cargo.mass.x=1", "cargo.mass.x: cargo.mass is a single value without keys; cargo.mass=VALUE is wanted"),
+        ("fabric.E", "not KEY=VALUE; a key and its value such as 'fabric.E=18.75kN/m' is expected"),
+        ("fabric..E=1", "not KEY=VALUE; a key and its value such as 'fabric.E=18.75kN/m' is expected"),
+        ("cargo.mass.x=1", "cargo.mass.x: cargo.mass is a single value without keys; cargo.mass=VALUE is expected"),
         ("belts.2.width=1", "belts.2: belts is a list without a '2'; its numbers are 0, 1"),
         ("belts.count=0", "belts.count: belts is a list without a 'count'; its numbers are 0, 1"),
         (
             "belts.1.width=0.4",
             "belts.1.width: the belt comes closer than half a grid cell to a cover; "
-            "a height from 0.208333 m to 0.391667 m is wanted for this width",
+            "a height from 0.208333 m to 0.391667 m is expected for this width",
         ),
         ("pressure.law=table", None),
     ],
@@ -576,7 +645,7 @@ def test_override_faults(override: str, message: str | None) -> None:
 def test_override_that_is_not_yaml() -> None:
     (message,) = faults(GOOD, "fabric.E=[")
     assert message.startswith("--set fabric.E=[: fabric.E: ")
-    assert message.endswith("; a YAML value is wanted")
+    assert message.endswith("; a YAML value is expected")
 
 
 # Shipped cases, schema, starter
@@ -620,7 +689,8 @@ def test_starter_shows_every_key_with_a_comment() -> None:
         assert comment or not indent
         section = section if indent else name
         shown.add((section, name) if indent else ("", name) if comment else ("", ""))
-    known = {(name, key.name) for name, keys in {"": TOP, **SECTIONS}.items() for key in keys} | {("", "contact")}
+    sections = {section.name: section.keys for section in (TOP, *SECTIONS)}
+    known = {(name, key.name) for name, keys in sections.items() for key in keys} | {("", "contact")}
     assert shown - {("", "")} == known
 
 
@@ -677,10 +747,10 @@ def test_contact_is_all_of_it_or_what_is_named() -> None:
     assert parse_case(GOOD + "contact: ground\n", "case.yaml").contact == ("ground",)
     assert parse_case(GOOD + "contact: [cargo, ground]\n", "case.yaml").contact == ("ground", "cargo")
     assert parse_case(GOOD + "contact: []\n", "case.yaml").contact == ()
-    with pytest.raises(CaseError, match=r"contact\.1: unknown part 'clouds'; ground, .*folds, or a list of them, is wanted"):
+    with pytest.raises(CaseError, match=r"contact\.1: unknown part 'clouds'; ground, .*folds, or a list of them, is expected"):
         parse_case(GOOD + "contact: [ground, clouds]\n", "case.yaml")
     with pytest.raises(
-        CaseError, match="contact: unknown part 'al'; full, solid, paper, ground, .*folds, or a list of them, is wanted"
+        CaseError, match="contact: unknown part 'al'; full, solid, paper, ground, .*folds, or a list of them, is expected"
     ):
         parse_case(GOOD + "contact: al\n", "case.yaml")
 

@@ -51,7 +51,7 @@ def printed(answer: Summary, scale: float | None = None) -> str:
 def test_light_commands_load_nothing_slow(arguments: list[str], paper: Path, tmp_path: Path, environment: dict[str, str]) -> None:
     code = f"""
 import sys, time
-from softbrake.cli import app
+from softbrake.cli.app import app
 try:
     app({[str(paper) if word == "PAPER" else word for word in arguments]!r})
 except SystemExit as end:
@@ -68,10 +68,10 @@ def test_package_gives_its_functions_and_loads_nothing(environment: dict[str, st
     code = f"""
 import sys, softbrake
 assert not {SLOW | {"yaml"}!r}.intersection(sys.modules)
-import softbrake.sim.simulation, softbrake.case.case, softbrake.studies.error_control
+import softbrake.sim.simulation, softbrake.case.case_file, softbrake.studies.error_control
 from softbrake import load_case, run
 assert softbrake.run is run is softbrake.studies.error_control.run
-assert load_case is softbrake.case.case.load_case
+assert load_case is softbrake.case.case_file.load_case
 """
     done = subprocess.run([sys.executable, "-c", code], env=environment, capture_output=True, text=True)
     assert done.returncode == 0, done.stderr
@@ -363,7 +363,7 @@ def test_run_for_people(softbrake: Command, paper: Path, tmp_path: Path) -> None
     done = softbrake("run", paper, *SMALL, "--no-results", "--dimensionless", "-q")
     assert done.returncode == 0
     assert re.fullmatch(
-        r"coarse grid: grid.generatrix 8, where this scene wants 44 and .*; answers may be off by .*\n", done.stderr
+        r"coarse grid: grid.generatrix 8, where this scene needs 44 and .*; answers may be off by .*\n", done.stderr
     )
     assert "no impact by 0.005 s" in done.stdout
     assert "T0/L" in done.stdout

@@ -10,7 +10,7 @@ from exact import Floats, Membrane, pressed_shell, stadium
 from numba import uint64
 from test_energy import fitted_order, gas_volume, stored_energy
 
-from softbrake.case.case import load_case
+from softbrake.case.case_file import load_case
 from softbrake.core.arrays import PAD, Outcome, Step
 from softbrake.core.columns import History
 from softbrake.core.jit import kernel

@@ -63,7 +63,8 @@ def functions(path: str) -> dict[str, str]:
 def fields() -> set[str]:
     """Class.field of all that arrays, columns and case declare."""
     found = set()
-    for path in ("softbrake/core/arrays.py", "softbrake/core/columns.py", "softbrake/case/case.py"):
+    sections = sorted(path.relative_to(ROOT).as_posix() for path in ROOT.glob("softbrake/case/sections/*.py"))
+    for path in ("softbrake/core/arrays.py", "softbrake/core/columns.py", "softbrake/case/case.py", *sections):
         for kind in (node for node in ast.walk(tree(path)) if isinstance(node, ast.ClassDef)):
             for line in kind.body:
                 targets = [line.target] if isinstance(line, ast.AnnAssign) else getattr(line, "targets", [])

@@ -9,7 +9,7 @@ import pytest
 from exact import Floats
 from whole_shell import area_vectors
 
-from softbrake.case.case import load_case
+from softbrake.case.case_file import load_case
 from softbrake.core.arrays import PAD, ContactCount, Fabric, Law, Outcome
 from softbrake.core.columns import History
 from softbrake.core.membrane.tension import update_generatrix_tension, update_hoop_tension

@@ -19,7 +19,9 @@ from conftest import Command
 from typer.testing import CliRunner
 
 import softbrake
-from softbrake.case.case import Case, full_stop, level
+from softbrake.case.case import Case
+from softbrake.case.full_stop import full_stop
+from softbrake.case.level import level
 from softbrake.cli.app import app
 from softbrake.sim import simulation as drop
 from softbrake.sim.result_file import read_history, read_summary

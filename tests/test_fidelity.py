@@ -9,7 +9,7 @@ from exact import piston
 from test_belt_contact import groove
 
 import softbrake
-from softbrake.case.case import CaseError, load_case
+from softbrake.case.case_file import CaseError, load_case
 from softbrake.core.arrays import PAD, Floats, Outcome, Peak, State
 from softbrake.core.columns import History
 from softbrake.core.loop.meridian import advance_meridian, stable_step_of_meridian
@@ -347,12 +347,12 @@ def test_axisymmetric_shell_that_bursts() -> None:
     [
         (
             ["model.fidelity=axisymmetric", "model.scheme=cell"],
-            "model.scheme: the axisymmetric shell does not know the cell scheme; scheme: edge or fidelity: full is wanted",
+            "model.scheme: the axisymmetric shell does not know the cell scheme; scheme: edge or fidelity: full is expected",
         ),
-        (["contact=axis"], "contact: the full shell does not know 'axis'; fidelity: axisymmetric, or no 'axis' is wanted"),
+        (["contact=axis"], "contact: the full shell does not know 'axis'; fidelity: axisymmetric, or no 'axis' is expected"),
         (
             ["model.fidelity=round"],
-            "model.fidelity: unknown value 'round'; full or axisymmetric or lumped or auto is wanted",
+            "model.fidelity: unknown value 'round'; full or axisymmetric or lumped or auto is expected",
         ),
     ],
 )

@@ -9,7 +9,8 @@ import pytest
 from conftest import ROOT, Command
 
 import softbrake
-from softbrake.case.case import Case, load_case
+from softbrake.case.case import Case
+from softbrake.case.case_file import load_case
 from softbrake.core.arrays import Floats, Outcome, Peak
 from softbrake.core.columns import History
 from softbrake.core.loop.time_loop import FILTER_TIME

@@ -12,7 +12,8 @@ from exact import Membrane, newton, static_cylinder, step
 from numpy.typing import NDArray
 
 import softbrake
-from softbrake.case.case import Case, CaseError, load_case
+from softbrake.case.case import Case
+from softbrake.case.case_file import CaseError, load_case
 from softbrake.core.arrays import Model, Outcome
 from softbrake.core.columns import History
 from softbrake.sim.build import meridian_view

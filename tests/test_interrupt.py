@@ -6,7 +6,8 @@ from collections.abc import Iterator
 
 import pytest
 
-from softbrake.case.case import parse_case, starter
+from softbrake.case.case_file import parse_case
+from softbrake.case.schema import starter
 from softbrake.sim.interrupt import held_interrupt
 from softbrake.sim.simulation import Progress, Simulation
 

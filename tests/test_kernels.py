@@ -16,7 +16,7 @@ from numba.core.compiler import Flags
 from numpy.testing import assert_allclose, assert_array_equal
 from whole_shell import area_vectors, at, on_row, whole_grid
 
-from softbrake.case.case import parse_case
+from softbrake.case.case_file import parse_case
 from softbrake.core import pressure
 from softbrake.core.arrays import (
     PAD,

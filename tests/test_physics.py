@@ -8,7 +8,9 @@ import numpy as np
 import pytest
 from exact import Floats, Ring, StaticCylinder, free_fall, piston, static_cylinder
 
-from softbrake.case.case import Belt, Case, load_case
+from softbrake.case.case import Case
+from softbrake.case.case_file import load_case
+from softbrake.case.sections.belts import Belt
 from softbrake.core.arrays import PAD, Outcome
 from softbrake.core.columns import History
 from softbrake.sim.build import build_model, grid_view, meridian_view

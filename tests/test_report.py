@@ -10,7 +10,7 @@ import pytest
 import synthetic_drop as drop
 from conftest import ROOT, Command
 
-from softbrake.case.case import load_case
+from softbrake.case.case_file import load_case
 from softbrake.core.columns import History
 from softbrake.report.html import result_page, sweep_page, write_report
 from softbrake.report.page import BUCKETS, Curve, Mark, table, work_precision
@@ -264,7 +264,7 @@ def test_sweep_over_two_axes_has_a_dot_a_run(tmp_path: Path) -> None:
 
 def test_faults_of_a_sweep(tmp_path: Path) -> None:
     (tmp_path / "empty").mkdir()
-    with pytest.raises(ResultError, match="the folder of a finished sweep is wanted"):
+    with pytest.raises(ResultError, match="the folder of a finished sweep is expected"):
         sweep_page(tmp_path / "empty")
     for number, changes in enumerate(({"plan": "{}"}, {"plan": "{"}, {"results": "a,b\n1,2\n"}, {"results": ""})):
         with pytest.raises(ResultError, match="not the results of a sweep"):
@@ -318,4 +318,4 @@ def test_pages_of_folders_stand_beside_them(softbrake: Command, tmp_path: Path) 
     assert (tmp_path / "moduli-1.5.html").read_bytes() == page
     done = softbrake("report", ".")
     assert (done.returncode, done.stdout) == (2, "")
-    assert "the folder of a finished sweep is wanted" in done.stderr and "Traceback" not in done.stderr
+    assert "the folder of a finished sweep is expected" in done.stderr and "Traceback" not in done.stderr

@@ -15,7 +15,8 @@ import pytest
 import synthetic_drop as drop
 
 import softbrake
-from softbrake.case.case import Pressure, case_to_dict
+from softbrake.case.case import case_to_dict
+from softbrake.case.sections.pressure import Pressure
 from softbrake.core.columns import History
 from softbrake.sim import result_file as results
 from softbrake.sim.result_file import ResultError, ResultFile

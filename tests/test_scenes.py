@@ -10,7 +10,9 @@ from conftest import Command
 from typer.testing import CliRunner
 
 from benchmarks.scenes import scene
-from softbrake.case.case import AUTO_TOLERANCE, Case, CaseError, parse_case
+from softbrake.case.case import Case
+from softbrake.case.case_file import CaseError, parse_case
+from softbrake.case.sections.top import AUTO_TOLERANCE
 from softbrake.cli.app import app
 from softbrake.sim import simulation as drop
 from softbrake.sim.build import initial_energy
@@ -257,11 +259,11 @@ def tall(tmp_path: Path) -> Path:
 @pytest.mark.parametrize(
     ("overrides", "said"),
     [
-        (("grid.generatrix=36",), ["grid.generatrix 36, where this scene wants 72"]),
-        (("grid.hoop=60",), ["grid.hoop 60, where 120 are wanted"]),
+        (("grid.generatrix=36",), ["grid.generatrix 36, where this scene needs 72"]),
+        (("grid.hoop=60",), ["grid.hoop 60, where 120 are needed"]),
         (("grid={generatrix: 36, hoop: 60}",), ["grid.generatrix 36,", "grid.hoop 60,"]),
         ((AXISYMMETRIC, "grid={generatrix: 36, hoop: 60}"), ["grid.generatrix 36,"]),
-        (("belts.count=15", "grid.generatrix=60"), ["grid.generatrix 60, where this scene wants 96"]),
+        (("belts.count=15", "grid.generatrix=60"), ["grid.generatrix 60, where this scene needs 96"]),
         ((AXISYMMETRIC, "grid={generatrix: 72, hoop: 60}"), []),
         (("grid={generatrix: 48, hoop: 80}",), []),
         ((), []),
@@ -282,7 +284,7 @@ def test_check_warns_of_coarse_grids(overrides: tuple[str, ...], said: list[str]
 
 
 def test_run_warns_of_coarse_grids(tall: Path) -> None:
-    for number, words in ((36, "coarse grid: grid.generatrix 36, where this scene wants 72"), (72, "")):
+    for number, words in ((36, "coarse grid: grid.generatrix 36, where this scene needs 72"), (72, "")):
         short = ["--set", AXISYMMETRIC, "--set", cells(number), "--set", "time.end=1 ms", "--no-results", "-q"]
         done = CliRunner().invoke(app, ["run", str(tall), *short])
         assert done.exit_code == 0

@@ -12,7 +12,8 @@ import synthetic_drop
 from conftest import Command
 
 import softbrake
-from softbrake.case.case import Case, load_case
+from softbrake.case.case import Case
+from softbrake.case.case_file import load_case, open_case
 from softbrake.sim.result_file import read_summary
 from softbrake.studies.batch import Dropped
 from softbrake.studies.sensitivity import ENOUGH, NARROW, STEPS, sensitivities
@@ -25,7 +26,7 @@ LUMPED = "model.fidelity=lumped"
 def test_piston() -> None:
     """v² = V² + 2 l1 (g - p F/m) and the largest deceleration p F/m - g, differentiated by hand."""
     base = softbrake.run(load_case(NO_BELTS, [LUMPED]))
-    found = sensitivities(NO_BELTS, [LUMPED], base)
+    found = sensitivities(open_case(NO_BELTS, [LUMPED]), base)
     push = 15696.0 * pi * 0.25**2 / 100.0
     speed = base.impact_velocity
     expected = {  # of impact velocity and of deceleration
@@ -58,7 +59,7 @@ def test_steps_widen_until_they_stand_above_the_noise(monkeypatch: pytest.Monkey
 
     monkeypatch.setattr("softbrake.studies.sensitivity.run_batch", noisy)
     base = replace(synthetic_drop.summary(), impact_velocity=3.0, peak_deceleration=20.0)
-    found = sensitivities(NO_BELTS, [], base)
+    found = sensitivities(open_case(NO_BELTS, []), base)
     noise, error = found.noise["impact_velocity"], found.errors["impact_velocity"]
     if scatter < 1e-5:
         assert found.steps["impact_velocity"] == STEPS[1]
@@ -80,7 +81,7 @@ def test_near_a_full_stop_slopes_are_as_exact_as_far_from_it(share: float) -> No
     """V is a square root there; half a per cent below it, a little more pressure or diameter stops the cargo."""
     case = [LUMPED, f"pressure.value={share * FULL_STOP}"]
     base = softbrake.run(load_case(NO_BELTS, case))
-    found = sensitivities(NO_BELTS, case, base)
+    found = sensitivities(open_case(NO_BELTS, case), base)
     push = share * FULL_STOP * pi * 0.25**2 / 100.0
     speed, changes = base.impact_velocity, {row.path: row.changes["impact_velocity"] for row in found.inputs}
     assert [row.path for row in found.inputs][:2] == ["shell.diameter", "cargo.velocity"]
@@ -107,19 +108,19 @@ def test_inputs_that_must_fit_each_other_are_named(tmp_path: Path) -> None:
     """With both Poisson's ratios in a file neither modulus can be varied alone; a ratio takes the other one with it."""
     case, file = [LUMPED], tmp_path / "both.yaml"
     file.write_text(NO_BELTS.read_text(encoding="utf-8").replace("nu12: 0.25", "nu12: 0.25\n  nu21: 0.25"), encoding="utf-8")
-    found = sensitivities(file, case, softbrake.run(load_case(file, case)))
+    found = sensitivities(open_case(file, case), softbrake.run(load_case(file, case)))
     assert found.left_out.keys() == {"fabric.E11", "fabric.E22"}
     assert "nu12*E11 = 5025 N/m is not nu21*E22 = 5000 N/m" in found.left_out["fabric.E11"]
     assert "cargo.mass" in {row.path for row in found.inputs}
     alone = [LUMPED]  # of nu12 and nu21 one, and the other follows
-    assert not sensitivities(NO_BELTS, alone, softbrake.run(load_case(NO_BELTS, alone))).left_out
+    assert not sensitivities(open_case(NO_BELTS, alone), softbrake.run(load_case(NO_BELTS, alone))).left_out
 
 
 def test_tolerance_varies_the_level_that_it_chose() -> None:
     case = ["tolerance=2%", "contact=[ground, cover, cargo]"]
     base = softbrake.run(load_case(NO_BELTS, case))
     assert base.model.fidelity == "axisymmetric"
-    found = sensitivities(NO_BELTS, case, base)
+    found = sensitivities(open_case(NO_BELTS, case), base)
     changes = {row.path: row.changes for row in found.inputs}
     assert changes["cargo.velocity"]["impact_velocity"] == pytest.approx(4.4, abs=0.3)
 

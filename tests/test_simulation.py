@@ -11,7 +11,8 @@ import numpy as np
 import pytest
 
 import softbrake
-from softbrake.case.case import Case, parse_case
+from softbrake.case.case import Case
+from softbrake.case.case_file import parse_case
 from softbrake.sim import simulation as drop
 from softbrake.sim.result_file import read_case, read_snapshots
 

@@ -14,7 +14,8 @@ from typer.testing import CliRunner
 
 import softbrake
 from benchmarks.stability import random_case
-from softbrake.case.case import LongStep, level, load_case
+from softbrake.case.case_file import load_case
+from softbrake.case.level import LongStep, level
 from softbrake.cli.app import app
 from softbrake.core.arrays import Floats, Outcome
 from softbrake.core.columns import History
@@ -261,7 +262,7 @@ def test_points_without_an_edge_say_why(softbrake: Command, paper: Path, tmp_pat
     [
         (("--over", "fabric.viscosty=1"), "fabric.viscosty: unknown key; did you mean 'viscosity'?"),
         (("--over", "fabric"), "not an axis"),
-        (("-o", "map.png"), "--output: a map wants at least one axis"),
+        (("-o", "map.png"), "--output: a map needs at least one axis"),
         (("--set", "model.fidelity=lumped"), "no grid whose waves could grow"),
         (("--over", "model.fidelity=full,lumped"), "no grid whose waves could grow"),
         (("--over", "belts.layers=1", "-o", "nowhere/map.png"), "there is no folder nowhere"),

@@ -17,13 +17,13 @@ import numpy as np
 import pytest
 from conftest import ROOT, Command, start
 
-from softbrake.case.case import CaseError, load_case
+from softbrake.case.case_file import CaseError, load_case, open_case
 from softbrake.core.columns import History
 from softbrake.report import sweep as sweep_results
 from softbrake.sim.result_file import HISTORY_DTYPE, read_history
 from softbrake.sim.simulation import Simulation, simulate
 from softbrake.studies import batch, sweep
-from softbrake.studies.axes import Designs, key_of, load_designs
+from softbrake.studies.axes import Designs, designs_of, key_of
 from softbrake.studies.sweep import Run, Shard, SweepError, merge_folders, read_journals, run_id, run_sweep
 
 MODULI = ROOT / "configs" / "moduli-sweep.yaml"
@@ -33,7 +33,7 @@ FIVE = ("fabric.E=15kN/m:20kN/m:5",)
 
 
 def moduli(*vary: str, overrides: Sequence[str] = COARSE, **settings: object) -> Designs:
-    return load_designs(MODULI, overrides, vary, settings)
+    return designs_of(open_case(MODULI, overrides), vary, settings)
 
 
 def texts(folder: Path) -> list[list[str]]:
@@ -65,7 +65,7 @@ def test_the_first_axis_turns_slowest_and_zip_goes_side_by_side() -> None:
 
 
 def test_shipped_sweep_has_the_moduli_of_the_paper() -> None:
-    designs = load_designs(MODULI)
+    designs = designs_of(open_case(MODULI))
     assert {15e3, 18.75e3, 20e3} <= {design.case.fabric.E11 for design in designs.all}
     assert designs.axes == (("fabric.E", "N/m", False),)
     assert all(design.values[0] == design.case.fabric.E22 for design in designs.all)
@@ -97,8 +97,8 @@ def test_latin_hypercube_has_one_sample_in_each_part_of_each_axis() -> None:
         (["fabric.E"], {}, "--vary fabric.E: not KEY=VALUES"),
         (["fabric.E=1:2:3:4"], {}, "'1:2:3:4' is not a range; START:STOP:COUNT"),
         (["fabric.E=1kN/m:x:3"], {}, "'x' is not a number with a unit"),
-        (["fabric.E=1kN/m:2N/m:3"], {}, "ends in 'kN/m' and 'N/m'; one unit for both is wanted"),
-        (["fabric.E=0:2:3:log"], {}, "from 0 to 2; ends > 0 are wanted"),
+        (["fabric.E=1kN/m:2N/m:3"], {}, "ends in 'kN/m' and 'N/m'; one unit for both is expected"),
+        (["fabric.E=0:2:3:log"], {}, "from 0 to 2; ends > 0 are expected"),
         (["fabric.E=1:2"], {}, "a range without a count in mode grid"),
         (["fabric.E=1:2:1"], {}, "is not a range"),
         (["fabric.E=1,,2"], {}, "an empty value"),
@@ -139,7 +139,7 @@ def test_faults_of_the_section_name_line_and_column(tmp_path: Path, section: str
     head = MODULI.read_text().split("sweep:")[0]
     case.write_text("#\n" * (42 - head.count("\n")) + head + f"sweep: {section}\n")
     with pytest.raises(CaseError) as caught:
-        load_designs(case)
+        designs_of(open_case(case))
     assert message in str(caught.value)
     load_case(case)  # `softbrake run` does not read it
 
@@ -438,7 +438,7 @@ def test_a_long_sweep_prints_some_of_its_runs(capsys: pytest.CaptureFixture[str]
         (["sweep", "MODULI", "-o", "file"], "file: is not a folder"),
         (["sweep", "MODULI", "--threads", "2", "--scheduler", "tcp://h:1"], "exclude each other"),
         (["sweep", "MODULI", "--scheduler", "nothing"], "--scheduler nothing: not an address; "),
-        (["merge", "nowhere"], "plan.json: No such file or directory; the folder of a sweep is wanted"),
+        (["merge", "nowhere"], "plan.json: No such file or directory; the folder of a sweep is expected"),
         (["merge", "."], "plan.json: not the plan of a sweep"),
     ],
     ids=lambda value: " ".join(value) if isinstance(value, list) else "",

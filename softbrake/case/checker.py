@@ -1,4 +1,4 @@
-"""Sections of a case file against the table of keys: gathers all faults, each with place, path and what is allowed."""
+"""Mappings of a case file against their keys: gathers all faults, each with place, path and what is allowed."""
 
 from __future__ import annotations
 
@@ -7,44 +7,28 @@ from dataclasses import replace
 from difflib import get_close_matches
 from typing import Any
 
-from softbrake.case.keys import ALTERNATIVES, OPTIONAL_SECTIONS, SECTIONS, Key, needed
+from softbrake.case.keys import Key
 from softbrake.case.yaml_nodes import Node, Place, join
 
 Values = dict[str, Any]  # of a section, without the faulty ones
 
 
 class Checker:
-    """Reads sections and keeps what is wrong with them."""
+    """Reads mappings and keeps what is wrong with them."""
 
     def __init__(self) -> None:
         self.faults: list[tuple[tuple[int, int, int], str]] = []
         self.meant: set[str] = set()  # paths that an unknown key was probably meant for: not missing besides
 
-    def fault(self, place: Place, path: str, fault: str, wanted: str) -> None:
-        self.faults.append((place.order, f"{place.text}: {path + ': ' if path else ''}{fault}; {wanted}"))
+    def fault(self, place: Place, path: str, fault: str, expected: str) -> None:
+        """Keep a message `place: path: fault; expected`."""
+        self.faults.append((place.order, f"{place.text}: {path + ': ' if path else ''}{fault}; {expected}"))
 
     def messages(self) -> list[str]:
+        """All faults in the order of the file, then of the overrides."""
         return [message for _, message in sorted(self.faults, key=lambda item: item[0])]
 
-    def named(self, root: Node, name: str) -> Values:
-        """Values of a section of the file, empty if it is missing."""
-        node = self.member(root, name)
-        return {} if node is None else self.section(node, name, SECTIONS[name], ALTERNATIVES.get(name, ()))
-
-    def member(self, root: Node, name: str) -> Node | None:
-        """Section of the file; an optional one left out is an empty one."""
-        assert isinstance(root.value, dict)
-        node = root.value.get(name)
-        if node is not None:
-            return node
-        if name in OPTIONAL_SECTIONS:
-            return Node({}, root.place, root.place)
-        if name not in self.meant:
-            example = ", ".join(f"{key.name}: {key.example}" for key in needed(name))
-            self.fault(root.place, name, "missing", f"a section such as '{name}: {{{example}}}' is wanted")
-        return None
-
-    def section(
+    def mapping(
         self,
         node: Node,
         path: str,
@@ -53,9 +37,13 @@ class Checker:
         others: Iterable[str] = (),
         complete: bool = True,
     ) -> Values:
-        """Values and defaults of a mapping. others: keys read elsewhere; complete: missing keys are faults."""
+        """Return SI values and defaults of a mapping, without what is faulty.
+
+        path: dotted, for messages; alternatives: choices, of each exactly one group of keys must be given; others: keys that are
+        read elsewhere; complete: whether missing keys are faults.
+        """
         if not isinstance(node.value, dict):
-            self.fault(node.place, path, "not a mapping", f"a mapping of {listed(keys)} is wanted")
+            self.fault(node.place, path, "not a mapping", f"a mapping of {listed(keys)} is expected")
             return {}
         known = {key.name: key for key in keys}
         values: Values = {key.name: key.default for key in keys if key.default is not None}
@@ -80,25 +68,27 @@ class Checker:
             try:
                 return key.convert(node.value)
             except ValueError as error:
-                self.fault(node.place, path, str(error), f"{key.wanted} is wanted")
+                self.fault(node.place, path, str(error), f"{key.expected} is expected")
                 return None
         if not isinstance(node.value, list) or len(node.value) < 2:
             fault = "fewer than two values" if isinstance(node.value, list) else "not a list"
-            self.fault(node.place, path, fault, f"a list such as {key.example} is wanted")
+            self.fault(node.place, path, fault, f"a list such as {key.example} is expected")
             return None
         single = replace(key, many=False, example=key.example.strip("[]").split(", ")[-1])
         values = tuple(self.value(item, join(path, number), single) for number, item in enumerate(node.value))
         return None if None in values else values
 
     def unknown(self, place: Place, path: str, name: str, known: Sequence[str]) -> None:
+        """Tell of a key that is none, and which one was probably meant."""
         close = get_close_matches(name, known, 1)
         self.meant |= {join(path, match) for match in close}
         hint = f"did you mean '{close[0]}'?" if close else f"known are {', '.join(known)}"
         self.fault(place, join(path, name), "unknown key", hint)
 
     def missing(self, node: Node, path: str, key: Key) -> None:
+        """Tell of a key that is not in a mapping, unless an unknown one was meant for it."""
         if join(path, key.name) not in self.meant:
-            self.fault(node.key, join(path, key.name), "missing", f"{key.wanted} is wanted")
+            self.fault(node.key, join(path, key.name), "missing", f"{key.expected} is expected")
 
     def alternatives(
         self, node: Node, path: str, groups: Sequence[Sequence[str]], keys: Mapping[str, Key], complete: bool
@@ -106,18 +96,18 @@ class Checker:
         """One of the groups must be given in full, and none of another group."""
         assert isinstance(node.value, dict)
         started = [group for group in groups if any(name in node.value for name in group)]
-        wanted = " or ".join(" and ".join(f"'{name}'" for name in group) for group in groups)
+        expected = " or ".join(" and ".join(f"'{name}'" for name in group) for group in groups)
         if len(started) > 1:
             place, where = last_given(node, path, [name for group in groups for name in group])
             others = [name for group in groups for name in group if name in node.value and join(path, name) != where]
-            self.fault(place, where, f"given besides {' and '.join(others)}", f"either {wanted} is wanted")
+            self.fault(place, where, f"given besides {' and '.join(others)}", f"either {expected} is expected")
         elif started:
             for name in started[0]:
                 if name not in node.value:
                     self.missing(node, path, keys[name])
         elif complete and not any(join(path, name) in self.meant for group in groups for name in group):
             first = keys[groups[0][0]]
-            self.fault(node.key, path, f"missing {wanted}", f"for instance '{first.name}: {first.example}'")
+            self.fault(node.key, path, f"missing {expected}", f"for instance '{first.name}: {first.example}'")
 
 
 def last_given(node: Node, path: str, names: Sequence[str]) -> tuple[Place, str]:
@@ -128,4 +118,5 @@ def last_given(node: Node, path: str, names: Sequence[str]) -> tuple[Place, str]
 
 
 def listed(keys: Iterable[Key]) -> str:
+    """Names between commas."""
     return ", ".join(key.name for key in keys)

@@ -6,6 +6,7 @@ import math
 import re
 from difflib import get_close_matches
 from enum import Enum
+from functools import lru_cache
 
 Powers = tuple[int, int, int]  # of metre, kilogram, second
 UNITS: dict[str, tuple[float, Powers]] = {
@@ -43,6 +44,7 @@ _SEPARATOR = re.compile(r"\s*([*·/])\s*|\s+")
 _FACTOR = re.compile(r"([A-Za-z]+|%)(?:\^(-?[1-9]))?")
 
 
+@lru_cache(maxsize=256)
 def _measure(unit: str) -> tuple[float, Powers]:
     """SI size and dimension of a product of units; ValueError for an unknown one."""
     if not unit:
@@ -85,8 +87,8 @@ class Dimension(Enum):
         self.powers = _measure(unit)[1]
 
 
-def parse_quantity(text: str, wanted: Dimension) -> float:
-    """SI value of a number with a unit of the wanted dimension; without a unit the number is SI already.
+def parse_quantity(text: str, expected: Dimension) -> float:
+    """SI value of a number with a unit of the expected dimension; without a unit the number is SI already.
 
     Units are joined by `*`, `·` or a space, `/` and `^`: `0.2 N*s/m`, `9.81 m/s^2`.
     Raises ValueError, which says what is wrong in words for a user.
@@ -96,8 +98,8 @@ def parse_quantity(text: str, wanted: Dimension) -> float:
         raise ValueError(f"'{text}' is not a number with a unit")
     unit = match[2]
     size, powers = _measure(unit)
-    if unit and powers != wanted.powers:
-        found = next((dimension.phrase for dimension in Dimension if dimension.powers == powers), f"not {wanted.phrase}")
+    if unit and powers != expected.powers:
+        found = next((dimension.phrase for dimension in Dimension if dimension.powers == powers), f"not {expected.phrase}")
         raise ValueError(f"'{unit}' is {found}")
     value = float(match[1]) * size
     if not math.isfinite(value):

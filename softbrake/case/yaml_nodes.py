@@ -78,7 +78,7 @@ def parse(text: str, place_of: PlaceOf, report: Report, path: str = "") -> Node 
         for event in events:
             if isinstance(event, yaml.DocumentStartEvent):
                 if root is not None:
-                    report(_place(event, place_of), path, "a second document", "one document a file is wanted")
+                    report(_place(event, place_of), path, "a second document", "one document a file is expected")
                     break
                 root = _Builder(events, place_of, report).node(next(events), path)
         return root
@@ -135,7 +135,7 @@ class _Builder:
         while not isinstance(event := next(self.events), yaml.MappingEndEvent):
             place = _place(event, self.place_of)
             if not isinstance(event, yaml.ScalarEvent):
-                self.report(place, path, "a key that is not a text", "plain keys are wanted")
+                self.report(place, path, "a key that is not a text", "plain keys are expected")
                 self.node(event, path)
                 self.node(next(self.events), path)
                 continue
@@ -145,7 +145,7 @@ class _Builder:
                 self.report(place, join(path, name), "merge keys are not supported", "write the keys out")
             elif name in members:
                 first = members[name].key
-                self.report(place, join(path, name), f"duplicate key, first at {first.text}", "each key once is wanted")
+                self.report(place, join(path, name), f"duplicate key, first at {first.text}", "each key once is expected")
             else:
                 members[name] = member
         return members

@@ -15,6 +15,7 @@ if TYPE_CHECKING:
     from types import FrameType
 
     from softbrake.case.case import Case
+    from softbrake.case.case_file import CaseFile
     from softbrake.sim.summary import Summary
     from softbrake.studies.axes import Designs
     from softbrake.studies.stability_map import Axis, Point
@@ -30,7 +31,7 @@ app = typer.Typer(
     rich_markup_mode=None,
     pretty_exceptions_enable=False,
 )
-CaseFile = Annotated[Path, typer.Argument(metavar="CASE", help="Case file (YAML).")]
+CasePath = Annotated[Path, typer.Argument(metavar="CASE", help="Case file (YAML).")]
 ResultPath = Annotated[Path, typer.Argument(metavar="RESULT", help="Result file of a run (*.vtkhdf).")]
 Overrides = Annotated[
     list[str] | None,
@@ -79,7 +80,7 @@ def main(
 
 @app.command()
 def run(
-    case_file: CaseFile,
+    case_file: CasePath,
     overrides: Overrides = None,
     json: Json = False,
     output: Annotated[
@@ -106,7 +107,8 @@ def run(
     if no_results and output is not None:
         _fail("--output and --no-results exclude each other")
     changes = [*(overrides or ()), *([f"tolerance={tolerance}"] if tolerance is not None else ())]
-    case = _load(case_file, changes)
+    opened = _open(case_file, changes)
+    case = opened.case
     if with_error_bar and case.insists:
         _fail("--error-bar: a run for a tolerance has one already")
     results = _result_file(case_file, output, no_results, ".vtkhdf")
@@ -140,7 +142,7 @@ def run(
             from softbrake.studies.sensitivity import sensitivities
 
             with console.runs_progress(quiet=quiet) as count:
-                summary = replace(summary, sensitivity=sensitivities(case_file, changes, summary, count))
+                summary = replace(summary, sensitivity=sensitivities(opened, summary, count))
             if results is not None:
                 replace_summary(results, summary)
     except Diverged as error:
@@ -162,11 +164,12 @@ def run(
 
 
 @app.command()
-def check(case_file: CaseFile, overrides: Overrides = None) -> None:
+def check(case_file: CasePath, overrides: Overrides = None) -> None:
     """Check a case file and print what it means, without running it."""
     from softbrake.sim.summary import contact_in_words, fabric_in_words
 
-    case, designs = _load(case_file, overrides), _designs(case_file, overrides)
+    opened = _open(case_file, overrides)
+    case, designs = opened.case, _designs(opened)
     cloth = case.fabric
     chosen = f"chosen for an error of {case.tolerance:.2g}" if case.tolerance is not None else ""
     cells = chosen or f"{case.grid.generatrix} x {case.grid.hoop} cells (generatrix x hoop)"
@@ -195,9 +198,9 @@ def schema() -> None:
     """Print the JSON Schema of case files, for editors."""
     import json
 
-    from softbrake.case import case
+    from softbrake.case.schema import schema as of_cases
 
-    typer.echo(json.dumps(case.schema(), indent=2))
+    typer.echo(json.dumps(of_cases(), indent=2))
 
 
 @app.command()
@@ -206,7 +209,7 @@ def init(
     force: Annotated[bool, typer.Option("--force", help="Replace an existing file.")] = False,
 ) -> None:
     """Write a commented starter case."""
-    from softbrake.case.case import starter
+    from softbrake.case.schema import starter
 
     if str(file) == "-":
         typer.echo(starter(), nl=False)
@@ -275,7 +278,7 @@ def plot(
 
 @app.command()
 def inflate(
-    case_file: CaseFile,
+    case_file: CasePath,
     overrides: Overrides = None,
     json: Json = False,
     output: Annotated[
@@ -325,7 +328,7 @@ def inflate(
 
 @app.command()
 def stability(
-    case_file: CaseFile,
+    case_file: CasePath,
     overrides: Overrides = None,
     over: Annotated[
         list[str] | None,
@@ -337,7 +340,7 @@ def stability(
     ] = None,
 ) -> None:
     """Find the longest stable step by trial, beside the predicted one; map it over keys of the case."""
-    case = _load(case_file, overrides)
+    opened = _open(case_file, overrides)
 
     from softbrake.report.plots.stability_map import draw_map
     from softbrake.report.plots.style import PlotError, check_picture
@@ -348,7 +351,7 @@ def stability(
     except ValueError as error:
         _fail(error)
     if output is not None and not axes:
-        _fail("--output: a map wants at least one axis, --over")
+        _fail("--output: a map needs at least one axis, --over")
     picture = output or Path(f"{case_file.stem}-stability.png")
     table = picture.with_suffix(".csv")
     if axes:
@@ -358,8 +361,8 @@ def stability(
             _fail(error)
         for file in (picture, table):
             _check_place(file)
-    case = _at(case, "full")
-    cases = [case, *(_at(one, "full") for one in _cases_along(case_file, overrides, axes))]
+    case = _at(opened.case, "full")
+    cases = [case, *(_at(one, "full") for one in _cases_along(opened, axes))]
     for one in cases:
         if one.model.fidelity == "lumped":
             _fail(f"{case_file}: a case of fidelity lumped has no grid whose waves could grow; --set model.fidelity=full")
@@ -376,7 +379,7 @@ def stability(
 
     try:
         if axes:
-            survey(lambda values: _at(_load(case_file, [*(overrides or ()), *values]), "full"), axes, report)
+            survey(lambda values: _at(_set(opened, values), "full"), axes, report)
         own = find_limit(case)
     except KeyboardInterrupt:
         if points:
@@ -393,7 +396,7 @@ def stability(
 
 @app.command()
 def sweep(
-    case_file: CaseFile,
+    case_file: CasePath,
     vary: Annotated[
         list[str] | None,
         typer.Option(
@@ -421,9 +424,9 @@ def sweep(
     quiet: Annotated[bool, typer.Option("--quiet", "-q", help="No progress.")] = False,
 ) -> None:
     """Run a case with many values; the same command again goes on where it was broken off."""
-    designs = _designs(case_file, overrides, vary, mode=mode, samples=samples, seed=seed)
+    designs = _designs(_open(case_file, overrides), vary, mode=mode, samples=samples, seed=seed)
     if not designs.axes:
-        _fail(f"{case_file}: no section sweep; one, or --vary fabric.E=10kN/m:30kN/m:200, is wanted")
+        _fail(f"{case_file}: no section sweep; one, or --vary fabric.E=10kN/m:30kN/m:200, is expected")
     if scheduler is not None and threads is not None:
         _fail("--scheduler and --threads exclude each other: workers have threads of their own")
     number, of = _shard(shard)
@@ -475,7 +478,7 @@ def merge(
 
 @app.command()
 def design(
-    case_file: CaseFile,
+    case_file: CasePath,
     overrides: Overrides = None,
     path: Annotated[str, typer.Option("--find", metavar="PATH", help="Quantity of the case to find.")] = "pressure.value",
     target: Annotated[
@@ -499,16 +502,17 @@ def design(
     """Find the pressure, or another value, that meets a target."""
     import shlex
 
-    case = _load(case_file, overrides)
+    opened = _open(case_file, overrides)
+    case = opened.case
 
-    from softbrake.case.case import CaseError
+    from softbrake.case.case_file import CaseError
     from softbrake.report import console
     from softbrake.studies.inverse_design import NotReached, ask, find, piston
 
     _warn_of_long_steps([case])
     _compile([case], quiet)
     try:
-        question = ask(case_file, overrides or (), path, target, between, budget, None if quiet else console.print_trial)
+        question = ask(opened, path, target, between, budget, None if quiet else console.print_trial)
         stop = piston(question.case)
         found = find(question, None if quiet else lambda point: console.print_point(question, point))
     except (CaseError, ValueError) as error:
@@ -555,7 +559,7 @@ def report(
 
 @app.command("chart")
 def work_precision(
-    case_file: CaseFile,
+    case_file: CasePath,
     overrides: Overrides = None,
     output: Annotated[
         Path | None,
@@ -607,7 +611,7 @@ def work_precision(
 def _shard(text: str | None) -> tuple[int, int]:
     number, slash, of = (text or "1/1").partition("/")
     if not (slash and number.isdecimal() and of.isdecimal() and 1 <= int(number) <= int(of)):
-        _fail(f"--shard {text}: a part of the runs such as 1/4, 2/4, 3/4 or 4/4 is wanted")
+        _fail(f"--shard {text}: a part of the runs such as 1/4, 2/4, 3/4 or 4/4 is expected")
     return int(number), int(of)
 
 
@@ -656,22 +660,35 @@ def warmup() -> None:
     typer.echo(f"{perf_counter() - start:.1f} s; kernels are in {CACHE_FOLDER}")
 
 
-def _load(path: Path, overrides: list[str] | None) -> Case:
-    from softbrake.case.case import CaseError, load_case
+def _open(path: Path, overrides: list[str] | None) -> CaseFile:
+    from softbrake.case.case_file import CaseError, open_case
 
     try:
-        return load_case(path, overrides or ())
+        return open_case(path, overrides or ())
     except CaseError as error:
         _fail(error)
 
 
-def _cases_along(case_file: Path, overrides: list[str] | None, axes: Sequence[Axis]) -> list[Case]:
+def _load(path: Path, overrides: list[str] | None) -> Case:
+    return _open(path, overrides).case
+
+
+def _set(file: CaseFile, overrides: Sequence[str]) -> Case:
+    from softbrake.case.case_file import CaseError
+
+    try:
+        return file.set(overrides).case
+    except CaseError as error:
+        _fail(error)
+
+
+def _cases_along(file: CaseFile, axes: Sequence[Axis]) -> list[Case]:
     """Return the case with each value of each axis alone, so that faults are said before the first trial."""
     cases: list[Case] = []
     for path, values in axes:
         along: list[Case] = []
         for value in values:
-            one = _load(case_file, [*(overrides or ()), f"{path}={value}"])
+            one = _set(file, [f"{path}={value}"])
             if one in along:
                 _fail(f"--over {path}: the value {value} is there twice, the first time as {values[along.index(one)]}")
             along.append(one)
@@ -679,26 +696,26 @@ def _cases_along(case_file: Path, overrides: list[str] | None, axes: Sequence[Ax
     return cases
 
 
-def _designs(path: Path, overrides: list[str] | None, vary: list[str] | None = None, **settings: str | int | None) -> Designs:
-    from softbrake.case.case import CaseError
-    from softbrake.studies.axes import load_designs
+def _designs(file: CaseFile, vary: list[str] | None = None, **settings: str | int | None) -> Designs:
+    from softbrake.case.case_file import CaseError
+    from softbrake.studies.axes import designs_of
 
     try:
-        return load_designs(path, overrides or (), vary or (), settings)
+        return designs_of(file, vary or (), settings)
     except CaseError as error:
         _fail(error)
 
 
 def _at(case: Case, fidelity: Literal["axisymmetric", "full"]) -> Case:
     """The case at a fidelity where it leaves the choice, for commands that want a grid."""
-    from softbrake.case.case import level
+    from softbrake.case.level import level
 
     return level(case, fidelity, case.grid.generatrix, case.grid.hoop) if case.model.fidelity == "auto" else case
 
 
 def _warn_of_grid(case: Case) -> None:
     """Say on stderr where the grid of a case is coarser than its scene needs."""
-    from softbrake.case.case import coarseness
+    from softbrake.case.level import coarseness
 
     if (said := coarseness(case)) is not None:
         typer.echo(said, err=True)
@@ -708,7 +725,7 @@ def _warn_of_long_steps(cases: Iterable[Case]) -> None:
     """Say once, in a line, what Python would say at every run."""
     import warnings
 
-    from softbrake.case.case import LongStep, long_steps
+    from softbrake.case.level import LongStep, long_steps
 
     if said := long_steps(cases):
         typer.echo(said, err=True)

@@ -20,7 +20,7 @@ from rich.table import Table
 from softbrake.sim.summary import Ensemble, Inflation, Peak, Sensitivities, Summary, Trial, contact_in_words
 
 if TYPE_CHECKING:
-    from softbrake.case.case import FullStop
+    from softbrake.case.full_stop import FullStop
     from softbrake.sim.simulation import Progress
     from softbrake.studies.inverse_design import Design, Point, Question
     from softbrake.studies.work_precision import WorkPrecision
@@ -228,7 +228,7 @@ def _add_other_peaks(table: Table, summary: Summary, name: str, digits: int, sca
 
 
 def _when(peak: Peak, phase: bool = True) -> str:
-    """Time of a peak, its height on the shell, and its phase if that is wanted."""
+    """Time of a peak, its height on the shell, and its phase if that is asked for."""
     height = "" if peak.height is None else f", {peak.height:.3f} m up"
     return f"at {peak.time:.5f} s{height}" + (f", {peak.phase}" if phase and peak.phase is not None else "")
 

@@ -14,7 +14,8 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from softbrake.case.keys import CONTACT, key_at
+from softbrake.case.case import key_at
+from softbrake.case.sections.contact import PARTS
 from softbrake.case.units import Dimension
 from softbrake.report.console import STANDARD_GRAVITY, TENSIONS, disturbed_in_words, made_in_words, outcome_in_words
 from softbrake.report.page import Curve, Mark, chart, page, table
@@ -64,7 +65,7 @@ def sweep_page(folder: Path | str) -> str:
         axes = names[names.index("id") + 1 : names.index("outcome")]
         failed = [row for row in rows if row["fault"]]
     except OSError as error:
-        raise ResultError(f"{error.filename}: {error.strerror}; the folder of a finished sweep is wanted") from error
+        raise ResultError(f"{error.filename}: {error.strerror}; the folder of a finished sweep is expected") from error
     except (ValueError, KeyError, IndexError, StopIteration) as error:
         raise ResultError(f"{folder}: not the results of a sweep, or incomplete ones") from error
     parts = [f"<h1>{escape(title)}</h1>", f"<p>{len(rows)} runs over {escape(', '.join(axes))}</p>"]
@@ -349,7 +350,7 @@ def _case(case: dict[str, Any]) -> str:
                 for key, inner in belt.items():
                     add(f"belts.{number}.{key}", inner)
         elif name == "contact":
-            rows.append(["contact", ", ".join(value) or "none", f"what stops the fabric, of {', '.join(CONTACT)}"])
+            rows.append(["contact", ", ".join(value) or "none", f"what stops the fabric, of {', '.join(PARTS)}"])
         elif name != "title":
             add(name, value)
     return table(("", "", ""), rows)

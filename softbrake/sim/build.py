@@ -6,7 +6,8 @@ from math import cos, inf, pi, sin
 
 import numpy as np
 
-from softbrake.case.case import ONE_COLUMN, Case
+from softbrake.case.case import Case
+from softbrake.case.sections.numerics import ONE_COLUMN
 from softbrake.core.arrays import (
     BLOCK,
     PAD,

@@ -8,7 +8,8 @@ from pathlib import Path
 import numpy as np
 
 from softbrake import __version__
-from softbrake.case.case import Case, level
+from softbrake.case.case import Case
+from softbrake.case.level import level
 from softbrake.core.arrays import Floats, Model
 from softbrake.core.columns import History
 from softbrake.core.jit import PACKAGE, hash_sources
@@ -31,7 +32,7 @@ def inflate(case: Case, results: str | Path | None = None, tolerance: float = TO
     if case.model.fidelity == "auto":
         case = level(case, "axisymmetric", 2 * case.grid.generatrix, case.grid.hoop)  # at rest a shell is round
     if case.pressure.largest == 0.0:
-        raise ValueError("there is no pressure to inflate the shell with; pressure.value or a table with one is wanted")
+        raise ValueError("there is no pressure to inflate the shell with; pressure.value or a table with one is expected")
     late = case.pressure.start == 0.0
     drop = Simulation(
         replace(case, initial="unloaded", pressure=case.pressure.steady(case.pressure.largest) if late else case.pressure)

@@ -15,7 +15,10 @@ from typing import NamedTuple
 import numpy as np
 
 from softbrake import __version__
-from softbrake.case.case import ONE_COLUMN, Case, Fidelity, damping_ratio, parse_case, starter
+from softbrake.case.case import Case
+from softbrake.case.case_file import parse_case
+from softbrake.case.schema import starter
+from softbrake.case.sections.numerics import ONE_COLUMN, Fidelity, damping_ratio
 from softbrake.core.arrays import PAD, ContactCount, Floats, Meridian, Model, Nodes, Outcome, Peak, Source, State, Workspace
 from softbrake.core.columns import History
 from softbrake.core.jit import PACKAGE, hash_sources

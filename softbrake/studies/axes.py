@@ -8,13 +8,14 @@ import re
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import product
-from pathlib import Path
 from typing import Any, NamedTuple
 
-from softbrake.case.case import Case, CaseError, parse_case, read_text
+from softbrake.case.case import Case, key_at
+from softbrake.case.case_file import CaseError, CaseFile
 from softbrake.case.checker import Checker
-from softbrake.case.keys import SWEEP, Key, key_at
+from softbrake.case.keys import Key
 from softbrake.case.overrides import Override
+from softbrake.case.sections.sweep import SWEEP
 from softbrake.case.units import Dimension
 from softbrake.case.yaml_nodes import Node, Place, join, parse
 
@@ -76,21 +77,18 @@ class _Values:
         return list(self.texts) or [self.at(k / max(self.count - 1, 1)) for k in range(self.count)]
 
 
-def load_designs(
-    path: str | Path, overrides: Sequence[str] = (), vary: Sequence[str] = (), settings: Mapping[str, Any] | None = None
-) -> Designs:
-    """Read a case file with its section `sweep`, and check every case it asks for.
+def designs_of(file: CaseFile, vary: Sequence[str] = (), settings: Mapping[str, Any] | None = None) -> Designs:
+    """Every case that a case file asks for in its section `sweep`, checked.
 
-    overrides: as of `load_case`. vary: texts such as `fabric.E=10kN/m:30kN/m:200`, instead of the axes of the file. settings:
-    mode, samples and seed, instead of those of the file.
+    vary: texts such as `fabric.E=10kN/m:30kN/m:200`, instead of the axes of the file. settings: mode, samples and seed, instead
+    of those of the file.
     Raises CaseError with the faults of all cases.
     """
-    text, name = read_text(path), str(path)
-    base = parse_case(text, name, overrides)
     check = Checker()
-    node = _section(text, name)
-    section = {} if node is None else check.section(node, "sweep", SWEEP, others=("vary",))
-    for key in SWEEP:
+    assert isinstance(file.written.value, dict)
+    node = file.written.value.get(SWEEP.name)
+    section = {} if node is None else check.mapping(node, SWEEP.name, SWEEP.keys, others=("vary",))
+    for key in SWEEP.keys:
         if (value := (settings or {}).get(key.name)) is not None:
             section[key.name] = check.value(Node(value, *[Place((1, 0, 0), f"--{key.name} {value}")] * 2), "", key)
     axes = {} if node is None or vary else _axes_of_file(node, check)
@@ -98,7 +96,7 @@ def load_designs(
         place = Place((1, index, 0), f"--vary {option}")
         for path_varied, values in _axis_of_option(option, place, check).items():
             if path_varied in axes:
-                check.fault(place, path_varied, "given twice", "all its values in one list or range are wanted")
+                check.fault(place, path_varied, "given twice", "all its values in one list or range are expected")
             axes[path_varied] = values
     asked = (settings or {}).get("mode") is not None
     place = Place((1, 0, 0), f"--mode {section.get('mode', 'grid')}") if node is None or asked else node.key
@@ -106,13 +104,13 @@ def load_designs(
     if check.faults:
         raise CaseError(check.messages())
     if not axes:
-        return Designs((), (Design((), base),))
+        return Designs((), (Design((), file.case),))
     faults: dict[str, None] = {}
     designs = []
     for combination in combinations:
         changes = [Override(f"{axis.path}={value}", axis.place) for axis, value in zip(axes.values(), combination, strict=True)]
         try:
-            case = parse_case(text, name, [*overrides, *changes])
+            case = file.set(changes).case
             designs.append(Design(tuple(map(_si, axes, combination)), case))
         except CaseError as error:
             told = ", ".join(change.text for change in changes)
@@ -144,20 +142,13 @@ def _si(path: str, text: str) -> float | str:
     return text if key is None or node is None else key.convert(node.value)
 
 
-def _section(text: str, name: str) -> Node | None:
-    """The section of a file that was checked."""
-    root = parse(text, lambda line, column: Place((0, line, column), f"{name}:{line + 1}:{column + 1}"), lambda *_: None)
-    assert root is not None and isinstance(root.value, dict)
-    return root.value.get("sweep")
-
-
 def _axes_of_file(node: Node, check: Checker) -> dict[str, _Values]:
     members = node.value if isinstance(node.value, dict) else {}
     vary = members.get("vary")
     if vary is None or not isinstance(vary.value, dict):
         place = node.place if vary is None else vary.place
         fault = "missing" if vary is None else "not a mapping"
-        check.fault(place, "sweep.vary", fault, "keys with values such as 'fabric.E: 10 kN/m:30 kN/m:200' are wanted")
+        check.fault(place, "sweep.vary", fault, "keys with values such as 'fabric.E: 10 kN/m:30 kN/m:200' are expected")
         return {}
     axes = {}
     for path, item in vary.value.items():
@@ -165,7 +156,7 @@ def _axes_of_file(node: Node, check: Checker) -> dict[str, _Values]:
         if isinstance(item.value, list):
             texts = tuple(_text(value, join(where, number), check) for number, value in enumerate(item.value))
             if not texts:
-                check.fault(item.place, where, "an empty list", "values are wanted")
+                check.fault(item.place, where, "an empty list", "values are expected")
             axes[path] = _Values(path, item.place, texts)
         else:
             axes[path] = _values(path, _text(item, where, check), item.place, where, check)
@@ -175,7 +166,7 @@ def _axes_of_file(node: Node, check: Checker) -> dict[str, _Values]:
 def _text(node: Node, where: str, check: Checker) -> str:
     """A scalar as an override writes it."""
     if node.value is None or isinstance(node.value, (list, dict)):
-        check.fault(node.place, where, "no value" if node.value is None else "not one value", "a value or a range is wanted")
+        check.fault(node.place, where, "no value" if node.value is None else "not one value", "a value or a range is expected")
         return ""
     return str(node.value).lower() if isinstance(node.value, bool) else str(node.value)
 
@@ -183,7 +174,7 @@ def _text(node: Node, where: str, check: Checker) -> str:
 def _axis_of_option(option: str, place: Place, check: Checker) -> dict[str, _Values]:
     path, equals, text = (part.strip() for part in option.partition("="))
     if not equals or not path or not text:
-        check.fault(place, "", "not KEY=VALUES", "a key and values such as 'fabric.E=15kN/m,20kN/m' are wanted")
+        check.fault(place, "", "not KEY=VALUES", "a key and values such as 'fabric.E=15kN/m,20kN/m' are expected")
         return {}
     return {path: _values(path, text, place, path, check)}
 
@@ -194,25 +185,25 @@ def _values(path: str, text: str, place: Place, where: str, check: Checker) -> _
     if ":" not in text:
         texts = tuple(part.strip() for part in text.split(","))
         if not all(texts):
-            check.fault(place, where, "an empty value", "values such as '15kN/m,20kN/m' are wanted")
+            check.fault(place, where, "an empty value", "values such as '15kN/m,20kN/m' are expected")
         return replace(nothing, texts=texts)
     start, stop, *others = (part.strip() for part in text.split(":"))
     log = others[-1:] == ["log"]
     counts = others[:-1] if log else others
     ends = [_RANGE_END.fullmatch(end) for end in (start, stop)]
     if len(counts) > 1 or any(not count.isdecimal() or not 2 <= int(count) <= MOST_RUNS for count in counts):
-        check.fault(place, where, f"'{text}' is not a range", f"{_RANGE} with 2 values or more, to sample {_SPAN}, is wanted")
+        check.fault(place, where, f"'{text}' is not a range", f"{_RANGE} with 2 values or more, to sample {_SPAN}, is expected")
         return nothing
     if ends[0] is None or ends[1] is None:
         fault = f"'{start if ends[0] is None else stop}' is not a number with a unit"
-        check.fault(place, where, fault, f"{_RANGE}, to sample {_SPAN}, is wanted")
+        check.fault(place, where, fault, f"{_RANGE}, to sample {_SPAN}, is expected")
         return nothing
     units = [end[2] for end in ends if end is not None]
     first, last = float(ends[0][1]), float(ends[1][1])
     if units[0] not in ("", units[1]):
-        check.fault(place, where, f"ends in '{units[0]}' and '{units[1]}'", "one unit for both is wanted")
+        check.fault(place, where, f"ends in '{units[0]}' and '{units[1]}'", "one unit for both is expected")
     elif not (math.isfinite(first) and math.isfinite(last)) or (log and (first <= 0 or last <= 0)):
-        check.fault(place, where, f"from {first:g} to {last:g}", "ends > 0 are wanted of a logarithmic range")
+        check.fault(place, where, f"from {first:g} to {last:g}", "ends > 0 are expected of a logarithmic range")
     return replace(nothing, start=first, stop=last, unit=units[1], count=int(counts[0]) if counts else 0, log=log)
 
 
@@ -221,29 +212,29 @@ def _combine(axes: Sequence[_Values], section: Mapping[str, Any], place: Place, 
     mode, samples = section.get("mode", "grid"), section.get("samples")
     if mode == "lhs":
         if samples is None:
-            check.fault(place, "sweep.samples", "missing", "samples: 100, or --samples 100, is wanted for mode lhs")
+            check.fault(place, "sweep.samples", "missing", "samples: 100, or --samples 100, is expected for mode lhs")
         for axis in axes:
             if axis.count:
-                wanted = f"{_SPAN} is wanted, samples say how many"
-                check.fault(axis.place, axis.path, "a range with a count in mode lhs", wanted)
+                expected = f"{_SPAN} is expected, samples say how many"
+                check.fault(axis.place, axis.path, "a range with a count in mode lhs", expected)
         return [] if check.faults else _latin_hypercube(axes, samples or 0, section.get("seed", 0))
     if samples is not None:
-        check.fault(place, "sweep.samples", f"given in mode {mode}", "mode: lhs, or no samples, is wanted")
+        check.fault(place, "sweep.samples", f"given in mode {mode}", "mode: lhs, or no samples, is expected")
     for axis in axes:
         if not axis.texts and not axis.count:
-            check.fault(axis.place, axis.path, f"a range without a count in mode {mode}", f"{_RANGE} is wanted")
+            check.fault(axis.place, axis.path, f"a range without a count in mode {mode}", f"{_RANGE} is expected")
     if check.faults:
         return []
     columns = [axis.all() for axis in axes]
     if mode == "zip":
         if len({len(column) for column in columns}) > 1:
             numbers = ", ".join(f"{axis.path} {len(column)}" for axis, column in zip(axes, columns, strict=True))
-            check.fault(axes[-1].place, "", f"numbers of values differ: {numbers}", "as many of each are wanted in mode zip")
+            check.fault(axes[-1].place, "", f"numbers of values differ: {numbers}", "as many of each are expected in mode zip")
             return []
         return list(zip(*columns, strict=True))
     runs = math.prod(map(len, columns))
     if runs > MOST_RUNS:
-        check.fault(axes[-1].place, "", f"{runs} runs", f"up to {MOST_RUNS} are wanted; mode: lhs samples")
+        check.fault(axes[-1].place, "", f"{runs} runs", f"up to {MOST_RUNS} are expected; mode: lhs samples")
         return []
     return product(*columns)
 

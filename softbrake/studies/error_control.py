@@ -17,7 +17,9 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 from statistics import fmean
 
-from softbrake.case.case import Case, Fidelity, LongStep, level, long_steps
+from softbrake.case.case import Case
+from softbrake.case.level import LongStep, level, long_steps
+from softbrake.case.sections.numerics import Fidelity
 from softbrake.core.arrays import Outcome
 from softbrake.core.columns import History
 from softbrake.sim.result_file import ResultFile

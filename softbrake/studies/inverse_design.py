@@ -11,10 +11,11 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from difflib import get_close_matches
 from itertools import pairwise
-from pathlib import Path
 
-from softbrake.case.case import Case, CaseError, FullStop, full_stop, level, load_case, quantities
-from softbrake.case.keys import PHYSICS, key_at
+from softbrake.case.case import Case, is_quantity, key_at
+from softbrake.case.case_file import CaseError, CaseFile
+from softbrake.case.full_stop import FullStop, full_stop
+from softbrake.case.level import level
 from softbrake.case.units import Dimension, parse_quantity
 from softbrake.sim.simulation import Diverged, simulate
 from softbrake.sim.summary import Summary, Trial
@@ -101,7 +102,7 @@ class Design:
 
 @dataclass(frozen=True)
 class Question:
-    """A case file, the path to vary and the answer wanted."""
+    """A case, the path to vary and the answer wanted."""
 
     case: Case  # as the file gives it
     load: Callable[[float], Case]  # the case with a value of the path, SI unit
@@ -114,39 +115,35 @@ class Question:
 
 
 def ask(
-    file: str | Path,
-    overrides: Sequence[str] = (),
+    file: CaseFile,
     path: str = "pressure.value",
     target: str = "impact_velocity=0",
     between: str | None = None,
     budget: float = BUDGET,
     report: Callable[[Trial], None] | None = None,
 ) -> Question:
-    """Read the question: `between` is LOW:HIGH, by default a third to three times the value of the case.
+    """Return the question about a case file: `between` is LOW:HIGH, by default a third to three times the value of the case.
 
     That of `pressure.value` is the mean pressure of section 2.2, for a sine its largest one. A case with a tolerance is climbed
     (`budget` s, `report`) for the level and the grid to search on, and once more at the value found, which may be another scene.
-    Raises CaseError, and ValueError for the other texts.
+    Raises ValueError for texts that are no question.
     """
-    goal, given = _target(target), quantities(file, overrides)
-    case = load_case(file, overrides)
-    key = key_at(path)
-    physical = path.split(".")[0] in (*PHYSICS, "gravity", "friction")
-    if key is None or not physical or not isinstance(key.kind, Dimension) or key.many:
-        raise ValueError(f"--find {path}: not a quantity of the drop; a path such as pressure.value or fabric.E is wanted")
+    goal, case, key = _target(target), file.case, key_at(path)
+    if key is None or not isinstance(key.kind, Dimension) or not is_quantity(path):
+        raise ValueError(f"--find {path}: not a quantity of the drop; a path such as pressure.value or fabric.E is expected")
     if between is not None:
         low, high = _between(between, key.kind)
     elif path == "pressure.value":
         stop = full_stop(case.cargo.mass, case.cargo.velocity, case.gravity, case.shell.height, case.shell.diameter)
         middle = stop.largest if case.pressure.law == "sine" else stop.mean
         low, high = middle / REACH, middle * REACH
-    elif isinstance(value := given.get(path), float):
+    elif isinstance(value := file.quantities().get(path), float):
         low, high = sorted((value / REACH, value * REACH))
     else:
-        raise ValueError(f"--find {path}: the case gives no value to start from; --range LOW:HIGH is wanted")
+        raise ValueError(f"--find {path}: the case gives no value to start from; --range LOW:HIGH is expected")
 
     def varied(value: float) -> Case:
-        return load_case(file, [*overrides, f"{path}={value!r}"])
+        return file.vary({path: value})
 
     try:
         varied(low), varied(high)  # before the first run
@@ -180,9 +177,11 @@ def _target(text: str) -> Target:
     try:
         number = parse_quantity(value, TARGETS[name])
     except ValueError as error:
-        raise ValueError(f"--target {text}: {error}; {TARGETS[name].phrase} such as {name}={EXAMPLES[name]} is wanted") from None
+        raise ValueError(
+            f"--target {text}: {error}; {TARGETS[name].phrase} such as {name}={EXAMPLES[name]} is expected"
+        ) from None
     if number < 0.0:
-        raise ValueError(f"--target {text}: {value} is out of range; {TARGETS[name].phrase} >= 0 is wanted")
+        raise ValueError(f"--target {text}: {value} is out of range; {TARGETS[name].phrase} >= 0 is expected")
     return Target(name, number)
 
 
@@ -193,9 +192,9 @@ def _between(text: str, kind: Dimension) -> tuple[float, float]:
             raise ValueError(f"'{text}' is not LOW:HIGH")
         low, high = (parse_quantity(part, kind) for part in parts)
     except ValueError as error:
-        raise ValueError(f"--range {text}: {error}; {kind.phrase} on both sides of a colon is wanted") from None
+        raise ValueError(f"--range {text}: {error}; {kind.phrase} on both sides of a colon is expected") from None
     if not low < high:
-        raise ValueError(f"--range {text}: not a range; LOW < HIGH is wanted")
+        raise ValueError(f"--range {text}: not a range; LOW < HIGH is expected")
     return low, high
 
 

@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
-from pathlib import Path
 
-from softbrake.case.case import Case, CaseError, level, load_case, quantities
+from softbrake.case.case import Case
+from softbrake.case.case_file import CaseError, CaseFile, Number
+from softbrake.case.level import level
 from softbrake.sim.summary import Sensitivities, Sensitivity, Summary
 from softbrake.studies.batch import Dropped, run_batch
 from softbrake.studies.error_control import PEAKS
@@ -16,12 +17,11 @@ STEPS = (0.005, 0.01, 0.02, 0.04, 0.08)  # relative, of an input; the first two 
 NARROW = (0.001, 0.002)  # tried as well where one of the first two loses an answer
 ENOUGH = 0.05  # error of a change per 1 %, in %, at which the steps are wide enough
 Half = dict[str, float]  # half the relative difference of the answers at +step and -step
-Inputs = dict[str, float | tuple[float, ...]]
+Inputs = dict[str, Number]
 
 
 def sensitivities(
-    file: str | Path,
-    overrides: Sequence[str],
+    file: CaseFile,
     base: Summary,
     report: Callable[[int, int, bool], None] | None = None,
 ) -> Sensitivities:
@@ -36,12 +36,12 @@ def sensitivities(
     A case with a tolerance is run at the level and grid of `base`. report: told runs done, runs planned, and
     that the run was computed now.
     """
-    inputs: Inputs = quantities(file, overrides)
+    inputs: Inputs = file.quantities()
     left_out: dict[str, str] = {}
     for path in inputs:
         try:
             for step in STEPS:
-                _pair(file, overrides, base, path, inputs[path], step)
+                _pair(file, base, path, inputs[path], step)
         except CaseError as fault:  # a ratio beyond its limit, or inputs that must fit each other
             left_out[path] = fault.faults[0].partition(": ")[2]
     varied = [path for path in inputs if path not in left_out]
@@ -53,7 +53,7 @@ def sensitivities(
     while planned:
         step = planned.pop(0)
         steps = sorted([*steps, step])
-        cases = [case for path in varied for case in _pair(file, overrides, base, path, inputs[path], step)]
+        cases = [case for path in varied for case in _pair(file, base, path, inputs[path], step)]
         answers = []
         for answer in run_batch(cases):
             answers.append(_answers(answer))
@@ -81,14 +81,12 @@ def _answers(dropped: Dropped) -> Half:
     return found | ({"impact_velocity": found["impact_velocity"] ** 2} if "impact_velocity" in found else {})
 
 
-def _pair(
-    file: str | Path, overrides: Sequence[str], base: Summary, path: str, value: float | tuple[float, ...], step: float
-) -> tuple[Case, Case]:
+def _pair(file: CaseFile, base: Summary, path: str, value: Number, step: float) -> tuple[Case, Case]:
     """The case with one input larger and smaller by a relative step."""
 
     def varied(factor: float) -> Case:
-        text = repr(value * factor) if isinstance(value, float) else repr([one * factor for one in value])
-        case, model = load_case(file, [*overrides, f"{path}={text}"]), base.model
+        changed = value * factor if isinstance(value, float) else tuple(one * factor for one in value)
+        case, model = file.vary({path: changed}), base.model
         if case.tolerance is None:
             return case
         return level(case, model.fidelity, model.generatrix, model.hoop, model.courant)  # type: ignore[arg-type]

@@ -66,7 +66,7 @@ def read_axes(texts: Sequence[str]) -> list[Axis]:
     axes = [read_axis(text) for text in texts]
     for number, (path, _) in enumerate(axes):
         if path in (other for other, _ in axes[:number]):
-            raise ValueError(f"--over {path}: an axis twice; all its values are wanted in one, {path}=A,B,...")
+            raise ValueError(f"--over {path}: an axis twice; all its values are expected in one, {path}=A,B,...")
     return axes
 
 
@@ -75,7 +75,7 @@ def read_axis(text: str) -> Axis:
     path, _, given = text.partition("=")
     values = [value.strip() for value in re.split(r",(?![^\[{]*[\]}])", given)]
     if not path or not all(values):
-        raise ValueError(f"--over {text}: not an axis; PATH=A,B,... such as fabric.viscosity=0,0.2,2 is wanted")
+        raise ValueError(f"--over {text}: not an axis; PATH=A,B,... such as fabric.viscosity=0,0.2,2 is expected")
     return path.strip(), values
 
 

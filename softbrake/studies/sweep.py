@@ -164,13 +164,13 @@ def _connected(address: str) -> Client:
         from distributed import Client
     except ImportError:
         raise SweepError("--scheduler needs dask: pip install 'softbrake[dask]'") from None
-    wanted = "the address of a dask scheduler such as tcp://host:8786 is wanted"
+    expected = "the address of a dask scheduler such as tcp://host:8786 is expected"
     if not re.fullmatch(r"[a-z]+://\S+:[0-9]+", address):  # dask would try for a minute
-        raise SweepError(f"--scheduler {address}: not an address; {wanted}")
+        raise SweepError(f"--scheduler {address}: not an address; {expected}")
     try:
         client = Client(address, set_as_default=False, timeout=PATIENCE)
     except OSError as error:
-        raise SweepError(f"--scheduler {address}: {error}; {wanted}") from None
+        raise SweepError(f"--scheduler {address}: {error}; {expected}") from None
     try:
         client.wait_for_workers(1, timeout=PATIENCE)
     except TimeoutError:
@@ -192,7 +192,7 @@ def _on_cluster(client: Client, todo: dict[str, Case], histories: bool) -> Itera
                 continue  # lost with its workers, several times
             theirs, answers = task.result()
             if theirs != source_hash():
-                raise SweepError("--scheduler: a worker has another version of softbrake; the same is wanted everywhere")
+                raise SweepError("--scheduler: a worker has another version of softbrake; the same is expected everywhere")
             yield from zip(ids, answers, strict=True)
             task.release()
 
@@ -223,7 +223,7 @@ def read_plan(folder: Path) -> Plan:
         axes = tuple(Axis(*axis) for axis in plan.pop("axes"))
         return Plan(axes=axes, runs=tuple(Run(id, tuple(values)) for id, values in plan.pop("runs")), **plan)
     except OSError as error:
-        raise SweepError(f"{folder / PLAN}: {error.strerror or error}; the folder of a sweep is wanted") from None
+        raise SweepError(f"{folder / PLAN}: {error.strerror or error}; the folder of a sweep is expected") from None
     except (ValueError, KeyError, TypeError, AttributeError):
         raise SweepError(f"{folder / PLAN}: not the plan of a sweep") from None
 
@@ -277,7 +277,7 @@ def merge_folders(folders: Iterable[Path]) -> tuple[Plan, dict[str, Record]]:
     for folder in folders:
         other = read_plan(folder)
         if plan is not None and other != plan:
-            raise SweepError(f"{folder}: of another sweep, or by another version of softbrake; shards of one sweep are wanted")
+            raise SweepError(f"{folder}: of another sweep, or by another version of softbrake; shards of one sweep are expected")
         plan = other
         known = read_journals(folder) | known
     if plan is None:

@@ -17,8 +17,10 @@ from itertools import pairwise
 from pathlib import Path
 from typing import Literal, NamedTuple
 
-from softbrake.case.case import ONE_COLUMN, Case, Fidelity, level
-from softbrake.case.keys import UNKNOWN_CONTACT
+from softbrake.case.case import Case
+from softbrake.case.level import level
+from softbrake.case.sections.contact import UNKNOWN
+from softbrake.case.sections.numerics import ONE_COLUMN, Fidelity
 from softbrake.sim.simulation import Diverged, Simulation, compile_kernels, kernels_of
 from softbrake.sim.summary import Summary
 from softbrake.studies.convergence import CAUTION, estimate
@@ -277,7 +279,7 @@ def plan(case: Case) -> list[Setting]:
     least = least_cells(case)
     settings = {PAPER} if least <= PAPER.generatrix else set()
     for fidelity, scheme, courants in PARTS:
-        if {*case.contact} & {*UNKNOWN_CONTACT[fidelity]} - {"axis"}:  # it would answer another question
+        if {*case.contact} & {*UNKNOWN[fidelity]} - {"axis"}:  # it would answer another question
             continue
         for courant in courants:
             grids = [n1 for n1 in GRIDS if n1 >= least] or [least]

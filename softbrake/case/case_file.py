@@ -1,0 +1,148 @@
+"""A case file: read once, and then varied without its text."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from softbrake.case.case import ALL, MAPPINGS, Case, complete
+from softbrake.case.checker import Checker
+from softbrake.case.keys import Key
+from softbrake.case.overrides import Override, overridden
+from softbrake.case.section import Draft
+from softbrake.case.sections.top import TOP
+from softbrake.case.units import Dimension
+from softbrake.case.yaml_nodes import Node, Place, YamlError, join, parse
+
+Number = float | tuple[float, ...]
+
+
+class CaseError(Exception):
+    """A case file or an override has faults; `faults` holds a message for each, in the order of the file."""
+
+    def __init__(self, faults: Sequence[str]) -> None:
+        super().__init__(faults)
+        self.faults = list(faults)
+
+    def __str__(self) -> str:
+        return "\n".join(self.faults)
+
+
+@dataclass(frozen=True, eq=False)
+class CaseFile:
+    """A case file without faults, its overrides written in."""
+
+    name: str  # as messages have it
+    written: Node  # the file, without overrides
+    tree: Node  # with them
+    overrides: int  # how many
+    case: Case  # what it means
+
+    def set(self, overrides: Sequence[str | Override]) -> CaseFile:
+        """Return the file with more overrides, applied in turn, such as `fabric.E=18.75kN/m`.
+
+        Raises CaseError with all faults of the overrides, and of the file with them.
+        """
+        return _checked(self.name, self.written, self.tree, self.overrides, overrides, Checker())
+
+    def vary(self, values: Mapping[str, Number]) -> Case:
+        """Return the case with other numbers, in SI units by dotted path. Raises CaseError, as with `--set PATH=VALUE`."""
+        texts = {path: repr(list(value) if isinstance(value, tuple) else value) for path, value in values.items()}
+        return self.set([f"{path}={text}" for path, text in texts.items()]).case
+
+    def quantities(self) -> dict[str, Number]:
+        """What the file and its overrides give to the physics as numbers other than 0, in SI units, by dotted path.
+
+        Defaults are not among them, nor what is no input of the drop: grid, time, tolerance, strengths.
+        """
+        found: dict[str, Number] = {}
+        assert isinstance(self.tree.value, dict)
+        _gather(self.tree, "", TOP.keys, found)
+        for section in MAPPINGS:
+            node = self.tree.value.get(section.name)
+            if node is None or not section.physical:
+                continue
+            if isinstance(node.value, list):
+                for number, item in enumerate(node.value):
+                    _gather(item, join(section.name, number), section.each, found)
+            else:
+                _gather(node, section.name, section.keys, found)
+        return found
+
+
+def open_case(path: str | Path, overrides: Sequence[str] = ()) -> CaseFile:
+    """Read a case file, to be varied. overrides and errors: as of `load_case`."""
+    return case_file(_read_text(path), str(path), overrides)
+
+
+def load_case(path: str | Path, overrides: Sequence[str] = ()) -> Case:
+    """Read a case file.
+
+    overrides: texts such as `fabric.E=18.75kN/m`, applied in turn to the keys of the file.
+    Raises CaseError with all faults of the file and the overrides.
+    """
+    return open_case(path, overrides).case
+
+
+def parse_case(text: str, name: str, overrides: Sequence[str | Override] = ()) -> Case:
+    """Read the text of a case file; `name` stands in messages and gives the default title. Raises CaseError."""
+    return case_file(text, name, overrides).case
+
+
+def case_file(text: str, name: str, overrides: Sequence[str | Override] = ()) -> CaseFile:
+    """Read the text of a case file, to be varied. As `parse_case`."""
+    check = Checker()
+
+    def place_of(line: int, column: int) -> Place:
+        return Place((0, line, column), f"{name}:{line + 1}:{column + 1}")
+
+    try:
+        root = parse(text, place_of, check.fault)
+    except YamlError as error:
+        check.fault(error.place, "", str(error), "valid YAML is expected")
+        raise CaseError(check.messages()) from None
+    if root is None or not isinstance(root.value, dict):
+        place = root.place if root else place_of(0, 0)
+        check.fault(place, "", "not a mapping" if root else "an empty file", "sections such as 'shell:' are expected")
+        raise CaseError(check.messages())
+    return _checked(name, root, root, 0, [overrides] if isinstance(overrides, str) else overrides, check)
+
+
+def _checked(name: str, written: Node, tree: Node, count: int, overrides: Sequence[str | Override], told: Checker) -> CaseFile:
+    """Write overrides into a tree that has `count` of them, and check it. told: has the faults found so far."""
+    for index, override in enumerate(overrides, count):
+        change = override if isinstance(override, Override) else Override(override, Place((1, index, 0), f"--set {override}"))
+        tree = overridden(tree, change, ALL, told.fault)
+    draft = Draft(tree, Path(name).stem, ALL)
+    draft.faults += told.faults
+    case = complete(draft)
+    if case is None:
+        raise CaseError(draft.messages())
+    return CaseFile(name, written, tree, count + len(overrides), case)
+
+
+def _read_text(path: str | Path) -> str:
+    try:
+        content = Path(path).read_bytes()
+    except OSError as error:
+        raise CaseError([f"{path}: {error.strerror or error}; a case file is expected"]) from None
+    try:
+        return content.decode("utf-8-sig")
+    except UnicodeDecodeError as error:
+        before = content[: error.start]
+        line, column = before.count(b"\n") + 1, error.start - before.rfind(b"\n")
+        fault = f"{path}:{line}:{column}: byte 0x{content[error.start]:02x} is not UTF-8; a text file in UTF-8 is expected"
+        raise CaseError([fault]) from None
+
+
+def _gather(node: Node, where: str, keys: Sequence[Key], found: dict[str, Number]) -> None:
+    """Add the numbers of a mapping, which has no faults."""
+    assert isinstance(node.value, dict)
+    for key in keys:
+        if key.name not in node.value or not isinstance(key.kind, Dimension) or key.idle:
+            continue
+        item = node.value[key.name].value
+        values = tuple(float(key.convert(one.value)) for one in item) if isinstance(item, list) else float(key.convert(item))
+        if values if isinstance(values, float) else any(values):
+            found[join(where, key.name)] = values

@@ -1,0 +1,36 @@
+"""What a case file may contain, as JSON Schema for editors and as a starter case for people."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from softbrake.case.case import MAPPINGS
+from softbrake.case.sections.contact import CONTACT
+from softbrake.case.sections.sweep import SWEEP
+from softbrake.case.sections.top import TOP
+from softbrake.case.units import PATTERN
+
+
+def schema() -> dict[str, Any]:
+    """JSON Schema (draft 2020-12) of a case file."""
+    properties = {key.name: key.schema() for key in TOP.keys}
+    return {
+        "$schema": "https://json-schema.org/draft/2020-12/schema",
+        "title": "softbrake case file",
+        "type": "object",
+        "properties": properties | {section.name: section.schema() for section in (*MAPPINGS, CONTACT, SWEEP)},
+        "required": [section.name for section in MAPPINGS if not section.optional],
+        "additionalProperties": False,
+        "$defs": {"quantity": {"type": "string", "pattern": PATTERN}},
+    }
+
+
+def starter() -> str:
+    """Text of a case file to begin with, one comment a key: meaning, SI unit, default."""
+    lines = [
+        "# yaml-language-server: $schema=case.schema.json",
+        "# The schema for your editor: softbrake schema > case.schema.json. A bare number is in the unit in brackets.",
+    ]
+    for section in (TOP, CONTACT, *MAPPINGS):
+        lines += section.starter()
+    return "\n".join(lines) + "\n"

@@ -1,0 +1,166 @@
+"""Section `pressure`: the law of the excess pressure over time, and whether a shell can be inflated by it at the start."""
+
+from __future__ import annotations
+
+from dataclasses import asdict, dataclass, replace
+from typing import Any, Literal
+
+from softbrake.case.checker import Values, last_given, listed
+from softbrake.case.full_stop import full_stop
+from softbrake.case.keys import Key, mapping_schema
+from softbrake.case.section import Draft, Section
+from softbrake.case.units import Dimension
+from softbrake.case.yaml_nodes import Node, join
+
+
+@dataclass(frozen=True)
+class Pressure:
+    """Excess pressure law: constant, Eq. (2.10) or a table; damped by Eq. (2.11)."""
+
+    law: Literal["constant", "sine", "table"]
+    value: float  # Pa: the constant, or P_max of (2.10); 0 for a table
+    peak_time: float  # s, of P_max (sine), else 0
+    end_time: float  # s, end of the pressure (sine), else 0
+    times: tuple[float, ...]  # s, increasing (table), else empty
+    values: tuple[float, ...]  # Pa, same length as times
+    damping: float  # s/m, nu^n of (2.11)
+
+    @property
+    def start(self) -> float:
+        """At t = 0, Pa."""
+        return {"constant": self.value, "sine": 0.0, "table": self.values[0] if self.values else 0.0}[self.law]
+
+    @property
+    def largest(self) -> float:
+        """Of the law, Pa."""
+        return max(self.value, *self.values, 0.0)
+
+    def steady(self, value: float) -> Pressure:
+        """Return a constant pressure (Pa) in place of the law."""
+        return replace(self, law="constant", value=value, peak_time=0.0, end_time=0.0, times=(), values=())
+
+
+_NONE = Pressure("constant", 0.0, 0.0, 0.0, (), (), 0.0)
+_DAMPING = Key("damping", Dimension.INVERSE_SPEED, "nu^n of (2.11): moving cloth feels less", "0 s/m", default=0.0, least=0)
+LAWS = {
+    "constant": (Key("value", Dimension.PRESSURE, "excess pressure (constant)", "15696 Pa", required=True, least=0), _DAMPING),
+    "sine": (
+        Key("peak_time", Dimension.TIME, "of the largest pressure (sine)", "0.1 s", required=True, above=0),
+        Key("end_time", Dimension.TIME, "end of the pressure (sine)", "0.2 s", computed="full stop, 2 height/velocity", above=0),
+        Key("value", Dimension.PRESSURE, "largest pressure (sine)", "32 kPa", computed="full stop, section 2.2", least=0),
+        _DAMPING,
+    ),
+    "table": (
+        Key("times", Dimension.TIME, "increasing (table)", "[0 s, 0.1 s]", required=True, least=0, many=True),
+        Key("values", Dimension.PRESSURE, "at these times (table)", "[0 kPa, 15 kPa]", required=True, least=0, many=True),
+        _DAMPING,
+    ),
+}
+LAW = Key("law", tuple(LAWS), "over time; sine is (2.10)", "constant", required=True)
+
+
+class _PressureSection(Section):
+    def read(self, draft: Draft) -> Values:
+        """Keys of the law that is given."""
+        node = self.node(draft)
+        if node is None:
+            return {}
+        members = node.value if isinstance(node.value, dict) else {}
+        law = members["law"].value if "law" in members else None
+        if not isinstance(law, str) or law not in LAWS:
+            draft.mapping(node, self.name, self.keys, complete=False)
+            if isinstance(node.value, dict) and "law" not in members:
+                draft.missing(node, self.name, LAW)
+            return {}
+        keys = (LAW, *LAWS[law])
+        foreign = list(dict.fromkeys(key.name for key in self.keys if key.name not in {key.name for key in keys}))
+        for name in (name for name in members if name in foreign):
+            fault = f"not a key of the {law} law"
+            draft.fault(members[name].key, join(self.name, name), fault, f"{listed(keys)} are expected")
+        values = draft.mapping(node, self.name, keys, others=foreign)
+        if law == "table":
+            _check_table(draft, node, values)
+        elif law == "sine" and _full_stop_known(draft):
+            _complete_sine(draft, node, values)
+        if draft.values("").get("initial") == "inflated" and not draft.faults:
+            _check_initial(draft, replace(_NONE, **values))
+        return values
+
+    def build(self, draft: Draft) -> Pressure:
+        """The law with what it does not use empty."""
+        return replace(_NONE, **draft.values(self.name))
+
+    def written(self, part: Pressure) -> Values:
+        """Keys of the law alone."""
+        values = asdict(part)
+        given = {name: values[name] for name in ("law", *(key.name for key in LAWS[part.law]))}
+        return {name: list(value) if isinstance(value, tuple) else value for name, value in given.items()}
+
+    def needed(self) -> list[Key]:
+        """Those of a constant pressure."""
+        return [key for key in (LAW, *LAWS["constant"]) if key.required]
+
+    def schema(self) -> dict[str, Any]:
+        """One of the laws."""
+        return {"oneOf": [_law_schema(law) for law in LAWS]}
+
+
+PRESSURE = _PressureSection(
+    "pressure",
+    Pressure,
+    (LAW, *{key.meaning: key for keys in LAWS.values() for key in keys}.values()),
+    physical=True,
+)
+
+
+def _law_schema(law: str) -> dict[str, Any]:
+    section = mapping_schema((LAW, *LAWS[law]))
+    section["properties"]["law"] = {"const": law, "description": LAW.meaning}
+    return section
+
+
+def _check_table(draft: Draft, node: Node, values: Values) -> None:
+    times = values.get("times")
+    if times is None:
+        return
+    assert isinstance(node.value, dict)
+    items = node.value["times"].value
+    assert isinstance(items, list)
+    for number in range(1, len(times)):
+        if times[number] <= times[number - 1]:
+            expected = f"a time > {times[number - 1]:g} s is expected"
+            draft.fault(items[number].place, f"pressure.times.{number}", "not later than the time before it", expected)
+    if "values" in values and len(values["values"]) != len(times):
+        place, where = last_given(node, "pressure", ["values", "times"])
+        draft.fault(place, where, f"{len(values['values'])} values for {len(times)} times", "a value for each time is expected")
+
+
+def _full_stop_known(draft: Draft) -> bool:
+    shell, cargo = draft.values("shell"), draft.values("cargo")
+    return {"height", "diameter"} <= shell.keys() and {"mass", "velocity"} <= cargo.keys() and "gravity" in draft.values("")
+
+
+def _complete_sine(draft: Draft, node: Node, values: Values) -> None:
+    """Defaults of the sine law, of a full stop by section 2.2."""
+    shell, cargo, gravity = draft.values("shell"), draft.values("cargo"), draft.values("")["gravity"]
+    stop = full_stop(cargo["mass"], cargo["velocity"], gravity, shell["height"], shell["diameter"])
+    assert isinstance(node.value, dict)
+    if "value" not in node.value:
+        values["value"] = stop.largest
+    if "end_time" not in node.value:
+        values["end_time"] = stop.end_time
+    if {"peak_time", "end_time"} <= values.keys() and values["end_time"] <= values["peak_time"]:
+        place, where = last_given(node, "pressure", ["peak_time", "end_time"])
+        fault = f"peak_time {values['peak_time']:.6g} s is not before end_time {values['end_time']:.6g} s"
+        draft.fault(place, where, fault, "peak_time < end_time is expected")
+
+
+def _check_initial(draft: Draft, pressure: Pressure) -> None:
+    """A shell is inflated by the pressure it starts with."""
+    place, where = last_given(draft.root, "", ["initial"])
+    if draft.values("model")["fidelity"] == "lumped":
+        expected = "initial: unloaded or another fidelity is expected"
+        draft.fault(place, where, "the lumped model has no shell to inflate", expected)
+    elif pressure.start == 0.0:
+        fault = f"the {pressure.law} law starts without pressure"
+        draft.fault(place, where, fault, "initial: unloaded, or a pressure at t = 0 is expected")
