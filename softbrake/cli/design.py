@@ -1,0 +1,69 @@
+"""softbrake design."""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+import typer
+
+from softbrake.cli import cases
+from softbrake.cli.answer import check_sound
+from softbrake.cli.exits import FAILED, INTERRUPTED, compile_for, fail
+from softbrake.cli.options import CaseFile, Json, Overrides, Quiet
+
+Find = Annotated[str, typer.Option("--find", metavar="PATH", help="Quantity of the case to find.")]
+Target = Annotated[str, typer.Option("--target", metavar="ANSWER=VALUE", help="As impact_velocity=1.5m/s; 0 is a full stop.")]
+Range = Annotated[
+    str | None,
+    typer.Option(
+        "--range",
+        metavar="LOW:HIGH",
+        help="To search; default: a third to three times the case's, of pressure.value that of section 2.2.",
+    ),
+]
+Budget = Annotated[
+    float,
+    typer.Option("--budget", metavar="SECONDS", min=0.0, help="Most CPU time to choose a level, where a tolerance is set."),
+]
+
+
+def design(
+    case_file: CaseFile,
+    overrides: Overrides = None,
+    path: Find = "pressure.value",
+    target: Target = "impact_velocity=0",
+    between: Range = None,
+    budget: Budget = 60.0,
+    json: Json = False,
+    quiet: Quiet = False,
+) -> None:
+    """Find the pressure, or another value, that meets a target."""
+    import shlex
+
+    case = cases.load(case_file, overrides)
+
+    from softbrake.case.case import CaseError
+    from softbrake.report import console
+    from softbrake.studies.inverse_design import NotReached, ask, find, piston
+
+    cases.warn_of_long_steps([case])
+    compile_for([case], quiet)
+    try:
+        question = ask(case_file, overrides or (), path, target, between, budget, None if quiet else console.print_trial)
+        stop = piston(question.case)
+        found = find(question, None if quiet else lambda point: console.print_point(question, point))
+    except (CaseError, ValueError) as error:
+        fail(error)
+    except NotReached as error:
+        fail(f"{path}: {error}", FAILED)
+    except KeyboardInterrupt:
+        fail("interrupted", INTERRUPTED)
+    if json:
+        typer.echo(console.design_json(question, stop, found))
+    else:
+        console.print_design(question, stop, found)
+        options = [word for change in [*(overrides or ()), f"{path}={found.value:.6g}"] for word in ("--set", change)]
+        typer.echo(f"next: {shlex.join(['softbrake', 'run', str(case_file), *options])}")
+    if found.missed:
+        fail(f"{path}: {found.missed}", FAILED)
+    check_sound(case, found.summary)
