@@ -19,7 +19,9 @@ from typer.testing import CliRunner
 
 from softbrake.cli.app import app
 from softbrake.core.jit import CACHE_FOLDER
-from softbrake.report import console
+from softbrake.report.as_json import summary_json
+from softbrake.report.console.progress import progress
+from softbrake.report.console.summary import print_summary
 from softbrake.sim.simulation import ALL_KERNELS, Progress
 from softbrake.sim.summary import FilteredPeaks, Peak, Summary
 
@@ -40,7 +42,7 @@ def summary() -> Summary:
 
 def printed(answer: Summary, scale: float | None = None) -> str:
     stream = io.StringIO()
-    console.print_summary(answer, scale, Console(file=stream, width=80))
+    print_summary(answer, scale, Console(file=stream, width=80))
     return stream.getvalue()
 
 
@@ -265,9 +267,9 @@ def test_brackets_in_a_title_are_no_markup() -> None:
 
 
 def test_json_holds_the_summary_and_on_request_the_dimensionless_tensions() -> None:
-    plain = json.loads(console.summary_json(summary()))
+    plain = json.loads(summary_json(summary()))
     assert plain == asdict(summary())
-    scaled = json.loads(console.summary_json(replace(summary(), peak_tension_belt=None), 4000.0))["dimensionless"]
+    scaled = json.loads(summary_json(replace(summary(), peak_tension_belt=None), 4000.0))["dimensionless"]
     assert scaled == {
         "tension_scale": 4000.0,
         "peak_tension_generatrix": 1.0,
@@ -287,7 +289,7 @@ def test_energy_made_by_fabric_in_words(made: float, words: list[str]) -> None:
 
 
 def test_json_knows_no_nan() -> None:
-    assert json.loads(console.summary_json(replace(summary(), energy_error=float("nan"))))["energy_error"] is None
+    assert json.loads(summary_json(replace(summary(), energy_error=float("nan"))))["energy_error"] is None
 
 
 # Progress
@@ -298,7 +300,7 @@ def test_progress_in_a_pipe_is_a_line_every_two_seconds(
 ) -> None:
     clock = iter([0.0, 0.5, 1.9, 2.1, 2.1, 2.3, 4.2, 4.2])
     monkeypatch.setattr(time, "monotonic", lambda: next(clock))
-    with console.progress(0.6, quiet=False) as callback:
+    with progress(0.6, quiet=False) as callback:
         assert callback is not None
         for step in range(5):
             callback(Progress(0.01 * step, 0.5, 5.5, step, 0.3))
@@ -308,7 +310,7 @@ def test_progress_in_a_pipe_is_a_line_every_two_seconds(
 
 
 def test_quiet_has_no_progress() -> None:
-    with console.progress(0.6, quiet=True) as callback:
+    with progress(0.6, quiet=True) as callback:
         assert callback is None
 
 

@@ -17,7 +17,7 @@ from typer.testing import CliRunner
 
 import softbrake as package
 from softbrake.cli.app import app
-from softbrake.report.console import print_work_precision
+from softbrake.report.console.work_precision import print_work_precision
 from softbrake.sim.simulation import Simulation
 from softbrake.studies import work_precision as work_precision_module
 from softbrake.studies.error_control import level

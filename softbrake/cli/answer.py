@@ -21,12 +21,14 @@ def check_scale(tension_scale: float | None) -> None:
 
 def show(summary: Summary, json: bool, tension_scale: float | None) -> None:
     """Print the answer, for people or as JSON."""
-    from softbrake.report import console
-
     if json:
-        typer.echo(console.summary_json(summary, tension_scale))
+        from softbrake.report.as_json import summary_json
+
+        typer.echo(summary_json(summary, tension_scale))
     else:
-        console.print_summary(summary, tension_scale)
+        from softbrake.report.console.summary import print_summary
+
+        print_summary(summary, tension_scale)
 
 
 def check_sound(case: Case, summary: Summary) -> None:

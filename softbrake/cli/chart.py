@@ -32,7 +32,8 @@ def chart(
     for file in (picture, table):
         check_place(file)
 
-    from softbrake.report import console
+    from softbrake.report.console.progress import chart_progress
+    from softbrake.report.console.work_precision import print_work_precision
     from softbrake.report.plots.style import PlotError, check_picture
     from softbrake.report.plots.work_precision import draw_work_precision
     from softbrake.sim.simulation import Diverged
@@ -44,7 +45,7 @@ def chart(
         fail(error)
     compile_for((setting.apply(case) for setting in plan(case)), quiet)
     try:
-        with console.chart_progress(quiet=quiet) as callback:
+        with chart_progress(quiet=quiet) as callback:
             found = work_precision(case, budget, callback)
     except (Diverged, ValueError) as error:
         fail(error, FAILED)
@@ -56,7 +57,7 @@ def chart(
     except (OSError, PlotError) as error:  # disk full, folder gone
         fail(error, FAILED)
     sets = "".join(f" --set {shlex.quote(text)}" for text in overrides or ())
-    console.print_work_precision(found, f"softbrake run {shlex.quote(str(case_file))}{sets}")
+    print_work_precision(found, f"softbrake run {shlex.quote(str(case_file))}{sets}")
     typer.echo(f"\n{picture}, {table} written")
     if found.interrupted:
         fail("interrupted", INTERRUPTED)

@@ -43,15 +43,17 @@ def design(
     case = cases.load(case_file, overrides)
 
     from softbrake.case.case import CaseError
-    from softbrake.report import console
+    from softbrake.report.as_json import design_json
+    from softbrake.report.console.design import print_design, print_point
+    from softbrake.report.console.trials import print_trial
     from softbrake.studies.inverse_design import NotReached, ask, find, piston
 
     cases.warn_of_long_steps([case])
     compile_for([case], quiet)
     try:
-        question = ask(case_file, overrides or (), path, target, between, budget, None if quiet else console.print_trial)
+        question = ask(case_file, overrides or (), path, target, between, budget, None if quiet else print_trial)
         stop = piston(question.case)
-        found = find(question, None if quiet else lambda point: console.print_point(question, point))
+        found = find(question, None if quiet else lambda point: print_point(question, point))
     except (CaseError, ValueError) as error:
         fail(error)
     except NotReached as error:
@@ -59,9 +61,9 @@ def design(
     except KeyboardInterrupt:
         fail("interrupted", INTERRUPTED)
     if json:
-        typer.echo(console.design_json(question, stop, found))
+        typer.echo(design_json(question, stop, found))
     else:
-        console.print_design(question, stop, found)
+        print_design(question, stop, found)
         options = [word for change in [*(overrides or ()), f"{path}={found.value:.6g}"] for word in ("--set", change)]
         typer.echo(f"next: {shlex.join(['softbrake', 'run', str(case_file), *options])}")
     if found.missed:

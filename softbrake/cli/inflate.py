@@ -37,7 +37,8 @@ def inflate(
         typer.echo(cases.SET_ASIDE, err=True)
     results = result_file(case_file, output, no_results, "-inflated.vtkhdf")
 
-    from softbrake.report import console
+    from softbrake.report.as_json import inflation_json
+    from softbrake.report.console.inflation import print_inflation
     from softbrake.sim.inflate import inflate as at_rest
     from softbrake.sim.result_file import ResultError
     from softbrake.sim.simulation import NotInflated
@@ -57,6 +58,6 @@ def inflate(
     except KeyboardInterrupt:
         fail("interrupted", INTERRUPTED)
     if json:
-        typer.echo(console.inflation_json(answer))
+        typer.echo(inflation_json(answer))
     else:
-        console.print_inflation(answer)
+        print_inflation(answer)

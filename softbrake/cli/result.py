@@ -14,7 +14,9 @@ from softbrake.cli.options import Dimensionless, Json, ResultPath
 
 def info(result: ResultPath, json: Json = False, dimensionless: Dimensionless = False) -> None:
     """Print the summary of a result file again."""
-    from softbrake.report import console
+    from softbrake.report import as_json
+    from softbrake.report.console.inflation import print_inflation
+    from softbrake.report.console.summary import print_unfinished
     from softbrake.sim.result_file import ResultError, read_history, read_inflation, read_summary, read_tension_scale
 
     try:
@@ -25,16 +27,16 @@ def info(result: ResultPath, json: Json = False, dimensionless: Dimensionless = 
     except ResultError as error:
         fail(error)
     if inflation is not None:
-        typer.echo(console.inflation_json(inflation)) if json else console.print_inflation(inflation)
+        typer.echo(as_json.inflation_json(inflation)) if json else print_inflation(inflation)
     elif summary is not None:
         check_scale(scale)
         show(summary, json, scale)
     else:
         row = {name: float(history[name][-1]) for name in history.dtype.names or () if len(history)}
         if json:
-            typer.echo(console.row_json(row))
+            typer.echo(as_json.row_json(row))
         else:
-            console.print_unfinished(row)
+            print_unfinished(row)
 
 
 def plot(

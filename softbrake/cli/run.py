@@ -52,7 +52,8 @@ def run(
         fail("--error-bar: a run for a tolerance has one already")
     results = result_file(case_file, output, no_results, ".vtkhdf")
 
-    from softbrake.report import console
+    from softbrake.report.console.progress import progress
+    from softbrake.report.console.trials import print_trial
     from softbrake.sim.result_file import ResultError, tension_scale
     from softbrake.sim.simulation import Diverged, NotInflated
     from softbrake.studies.error_control import run as simulate
@@ -64,9 +65,9 @@ def run(
     if case.insists and not quiet:
         typer.echo("tolerance: fidelity, grid and Courant number are chosen, those of the case set aside", err=True)
     compile_for([case], quiet)
-    told = None if quiet else console.print_trial
+    told = None if quiet else print_trial
     try:
-        with console.progress(case.shell.height, quiet=quiet) as callback:
+        with progress(case.shell.height, quiet=quiet) as callback:
             summary = simulate(case, results, callback, budget=budget, report=told, with_error_bar=with_error_bar)
         if with_sensitivity and summary.outcome != "interrupted":
             summary = _with_sensitivity(case_file, changes, summary, results, quiet)
@@ -92,11 +93,11 @@ def _with_sensitivity(case_file: Path, changes: list[str], summary: Summary, res
     """The answer with its sensitivities, also in the result file."""
     from dataclasses import replace
 
-    from softbrake.report import console
+    from softbrake.report.console.progress import runs_progress
     from softbrake.sim.result_file import replace_summary
     from softbrake.studies.sensitivity import sensitivities
 
-    with console.runs_progress(quiet=quiet) as count:
+    with runs_progress(quiet=quiet) as count:
         summary = replace(summary, sensitivity=sensitivities(case_file, changes, summary, count))
     if results is not None:
         replace_summary(results, summary)

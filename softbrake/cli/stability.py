@@ -100,6 +100,7 @@ def _cases_along(case_file: Path, overrides: list[str] | None, axes: Sequence[Ax
 
 def _survey(case_file: Path, overrides: list[str] | None, axes: Sequence[Axis], points: list[Point]) -> None:
     """Find the limits of the map, print each and append it to the points as soon as it is found."""
+    from softbrake.report.console.stability import print_head, print_point
     from softbrake.studies.stability_map import survey
 
     def at(values: Sequence[str]) -> Case:
@@ -107,9 +108,9 @@ def _survey(case_file: Path, overrides: list[str] | None, axes: Sequence[Axis], 
 
     def report(point: Point) -> None:
         points.append(point)
-        typer.echo("  ".join((*point.values, *point.shown)))
+        print_point(point)
 
-    typer.echo("  ".join((*(path for path, _ in axes), "predicted us", "found us", "ratio")))
+    print_head(axes)
     survey(at, axes, report)
 
 

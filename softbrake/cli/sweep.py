@@ -60,14 +60,14 @@ def sweep(
     if folder.exists() and not folder.is_dir():
         fail(f"{folder}: is not a folder; --output must name one")
 
-    from softbrake.report import console
+    from softbrake.report.console.progress import runs_progress
     from softbrake.studies.sweep import Shard, SweepError, read_journals, run_sweep
 
     cases.warn_of_long_steps(design.case for design in designs.all)
     if scheduler is None:
         compile_for((design.case for design in designs.all), quiet)
     try:
-        with console.runs_progress(quiet=quiet) as progress:
+        with runs_progress(quiet=quiet) as progress:
             plan = run_sweep(
                 designs,
                 folder,
@@ -110,29 +110,31 @@ def _shard(text: str | None) -> tuple[int, int]:
 
 def _show(plan: Plan, records: dict[str, Any], folder: Path, json: bool) -> None:
     """Write the results of a sweep and print them; exit 1 where a run has no answer."""
-    from softbrake.report import console
-    from softbrake.report import sweep as sweep_results
+    from softbrake.report.as_json import line_json
+    from softbrake.report.console.sweep import print_table
     from softbrake.report.plots.style import PlotError
+    from softbrake.report.plots.sweep import PICTURE, draw_sweep
+    from softbrake.report.results_csv import RESULTS, doubtful, failures, rows, write_results
 
-    table = sweep_results.rows(plan, records)
+    table = rows(plan, records)
     try:
-        sweep_results.write_results(folder, plan, table)
+        write_results(folder, plan, table)
     except OSError as error:
         fail(f"{folder}: {error.strerror or error}", FAILED)
     if json:
         for row in table:
-            typer.echo(console.line_json(row))
+            typer.echo(line_json(row))
     else:
-        sweep_results.print_table(plan, table)
+        print_table(plan, table)
+    written = f"{RESULTS} and {PICTURE}"
     try:
-        sweep_results.draw_sweep(plan, table, folder / sweep_results.PICTURE)
-        written = f"{sweep_results.RESULTS} and {sweep_results.PICTURE}"
+        draw_sweep(plan, table, folder / PICTURE)
     except PlotError as error:
         typer.echo(str(error), err=True)
-        written = sweep_results.RESULTS
+        written = RESULTS
     typer.echo(f"{written} in {folder}", err=json)
-    if doubtful := sweep_results.doubtful(table):
+    if odd := doubtful(table):
         what = "energy came from nowhere, peaks and velocity are doubtful"
-        typer.echo(f"{len(doubtful)} of {len(table)} runs: {what}; see column doubt, docs/explanation/stability.md", err=True)
-    if sweep_results.failures(table) or doubtful:
+        typer.echo(f"{len(odd)} of {len(table)} runs: {what}; see column doubt, docs/explanation/stability.md", err=True)
+    if failures(table) or odd:
         raise typer.Exit(FAILED)

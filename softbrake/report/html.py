@@ -16,9 +16,9 @@ from numpy.typing import NDArray
 
 from softbrake.case.keys import CONTACT, key_at
 from softbrake.case.units import Dimension
-from softbrake.report.console import STANDARD_GRAVITY, TENSIONS, disturbed_in_words, made_in_words, outcome_in_words
 from softbrake.report.page import Curve, Mark, chart, page, table
 from softbrake.report.plots.drop import cut, moments
+from softbrake.report.words import STANDARD_GRAVITY, TENSIONS, disturbed_in_words, made_in_words, outcome_in_words
 from softbrake.sim.result_file import ResultError, Snapshots, belt_rows, read_case, read_history, read_snapshots, read_summary
 from softbrake.sim.summary import Sensitivities, Summary
 
