@@ -68,7 +68,8 @@ def report(
     ] = None,
 ) -> None:
     """Write all about a result or a sweep as one HTML page."""
-    from softbrake.report.html import write_report
+    from softbrake.report.html.write import write_report
+    from softbrake.report.plots.style import PlotError
     from softbrake.sim.result_file import ResultError
 
     page = output or _beside(result, ".html")
@@ -78,7 +79,7 @@ def report(
         fail(f"{page}: is the result; --output must name another file")
     try:
         write_report(result, page)
-    except ResultError as error:
+    except (PlotError, ResultError) as error:
         fail(error)
     except OSError as error:
         fail(f"{page}: cannot be written: {error.strerror or error}")
