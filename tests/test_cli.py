@@ -23,7 +23,7 @@ from softbrake.report.as_json import summary_json
 from softbrake.report.console.progress import progress
 from softbrake.report.console.summary import print_summary
 from softbrake.sim.simulation import ALL_KERNELS, Progress
-from softbrake.sim.summary import FilteredPeaks, Peak, Summary
+from softbrake.sim.summary import FilteredPeaks, PeakValue, Summary
 
 SMALL = ("--set", "grid.generatrix=8", "--set", "grid.hoop=12", "--set", "time.end=5ms")
 SLOW = {"h5py", "matplotlib", "numba", "numpy", "rich", "scipy"}
@@ -36,7 +36,7 @@ def summary() -> Summary:
         synthetic_drop.summary(),
         title="Braking of 100 kg by a belted cylinder (paper, section 4)",
         peak_tension_belt=28712.0,
-        peaks={name: Peak(1.0, 0.01234, 0.3) for name in tensions} | {"peak_deceleration": Peak(20.0, 0.004)},
+        peaks={name: PeakValue(1.0, 0.01234, 0.3) for name in tensions} | {"peak_deceleration": PeakValue(20.0, 0.004)},
     )
 
 
@@ -220,11 +220,15 @@ def test_summary_fits_80_columns_and_says_everything() -> None:
 
 def test_phases_and_filtered_peaks_stand_below_their_peak() -> None:
     peaks = {
-        "peak_deceleration": Peak(20.0, 0.004, None, "overshoot", Peak(12.5, 0.05, None, "crushing")),
-        "peak_tension_hoop": Peak(8e3, 0.06, 0.3, "crushing", Peak(6e3, 0.003, 0.2, "overshoot")),
+        "peak_deceleration": PeakValue(20.0, 0.004, None, "overshoot", PeakValue(12.5, 0.05, None, "crushing")),
+        "peak_tension_hoop": PeakValue(8e3, 0.06, 0.3, "crushing", PeakValue(6e3, 0.003, 0.2, "overshoot")),
     }
     behind = FilteredPeaks(
-        180, None, Peak(18.0, 0.005, None, "overshoot"), Peak(3e3, 0.002, None, "overshoot"), Peak(7e3, 0.061, None, "crushing")
+        180,
+        None,
+        PeakValue(18.0, 0.005, None, "overshoot"),
+        PeakValue(3e3, 0.002, None, "overshoot"),
+        PeakValue(7e3, 0.061, None, "crushing"),
     )
     lines = [" ".join(line.split()) for line in printed(replace(summary(), peaks=peaks, filtered=behind)).splitlines()]
     first = lines.index("peak deceleration, 1 kHz 20.00 m/s^2 2.04 g net, at 0.00400 s, overshoot")

@@ -31,7 +31,7 @@ from softbrake.sim.result_file import (
     replace_summary,
 )
 from softbrake.sim.simulation import run
-from softbrake.sim.summary import FilteredPeaks, Peak, Sensitivities, Sensitivity
+from softbrake.sim.summary import FilteredPeaks, PeakValue, Sensitivities, Sensitivity
 
 pytest.importorskip("matplotlib")
 VOID = {"meta"}
@@ -167,10 +167,12 @@ def test_phases_and_filtered_peaks_are_shown(tmp_path: Path) -> None:
     file = tmp_path / "drop.vtkhdf"
     drop.write(file, drop.case(6, 8))
     peaks = {
-        "peak_deceleration": Peak(20.0, 0.004, None, "overshoot", Peak(9.80665, 0.05, None, "crushing")),
-        "peak_tension_hoop": Peak(8e3, 0.06, 0.3, "crushing", Peak(6e3, 0.003, 0.2, "overshoot")),
+        "peak_deceleration": PeakValue(20.0, 0.004, None, "overshoot", PeakValue(9.80665, 0.05, None, "crushing")),
+        "peak_tension_hoop": PeakValue(8e3, 0.06, 0.3, "crushing", PeakValue(6e3, 0.003, 0.2, "overshoot")),
     }
-    behind = FilteredPeaks(180, None, Peak(14.709975, 0.005, None, "overshoot"), None, Peak(7e3, 0.061, None, "crushing"))
+    behind = FilteredPeaks(
+        180, None, PeakValue(14.709975, 0.005, None, "overshoot"), None, PeakValue(7e3, 0.061, None, "crushing")
+    )
     replace_summary(file, replace(drop.summary(), peaks=peaks, filtered=behind))
     words = Page(result_page(file)).words
     assert "net of gravity; at 4 ms, overshoot; crushing: 1.00 g; CFC 180: 1.50 g, overshoot" in words

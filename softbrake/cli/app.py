@@ -7,13 +7,13 @@ from typing import Annotated
 import typer
 
 from softbrake import __version__
-from softbrake.cli import case_file, chart, design, inflate, result, run, stability, sweep, warmup
+from softbrake.cli import chart, check, design, inflate, result, run, stability, sweep, warmup
 
 COMMANDS = (  # in the order of --help
     run.run,
-    case_file.check,
-    case_file.schema,
-    case_file.init,
+    check.check,
+    check.schema,
+    check.init,
     result.info,
     result.plot,
     inflate.inflate,

@@ -10,11 +10,11 @@ import typer
 from softbrake.cli import cases
 from softbrake.cli.exits import FAILED, INTERRUPTED, compile_for, fail
 from softbrake.cli.files import check_place
-from softbrake.cli.options import CaseFile, Overrides, Quiet
+from softbrake.cli.options import CasePath, Overrides, Quiet
 
 
 def chart(
-    case_file: CaseFile,
+    case_file: CasePath,
     overrides: Overrides = None,
     output: Annotated[
         Path | None,

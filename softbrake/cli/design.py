@@ -9,10 +9,10 @@ import typer
 from softbrake.cli import cases
 from softbrake.cli.answer import check_sound
 from softbrake.cli.exits import FAILED, INTERRUPTED, compile_for, fail
-from softbrake.cli.options import CaseFile, Json, Overrides, Quiet
+from softbrake.cli.options import CasePath, Json, Overrides, Quiet
 
 Find = Annotated[str, typer.Option("--find", metavar="PATH", help="Quantity of the case to find.")]
-Target = Annotated[str, typer.Option("--target", metavar="ANSWER=VALUE", help="As impact_velocity=1.5m/s; 0 is a full stop.")]
+Goal = Annotated[str, typer.Option("--target", metavar="ANSWER=VALUE", help="As impact_velocity=1.5m/s; 0 is a full stop.")]
 Range = Annotated[
     str | None,
     typer.Option(
@@ -28,10 +28,10 @@ Budget = Annotated[
 
 
 def design(
-    case_file: CaseFile,
+    case_file: CasePath,
     overrides: Overrides = None,
     path: Find = "pressure.value",
-    target: Target = "impact_velocity=0",
+    target: Goal = "impact_velocity=0",
     between: Range = None,
     budget: Budget = 60.0,
     json: Json = False,

@@ -10,11 +10,11 @@ import typer
 from softbrake.cli import cases
 from softbrake.cli.exits import FAILED, INTERRUPTED, compile_for, fail
 from softbrake.cli.files import result_file
-from softbrake.cli.options import CaseFile, Json, NoResults, Overrides
+from softbrake.cli.options import CasePath, Json, NoResults, Overrides
 
 
 def inflate(
-    case_file: CaseFile,
+    case_file: CasePath,
     overrides: Overrides = None,
     json: Json = False,
     output: Annotated[

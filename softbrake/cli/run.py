@@ -11,12 +11,12 @@ from softbrake.cli import cases
 from softbrake.cli.answer import check_scale, check_sound, show
 from softbrake.cli.exits import FAILED, INTERRUPTED, compile_for, fail
 from softbrake.cli.files import result_file
-from softbrake.cli.options import CaseFile, Dimensionless, Json, NoResults, Overrides, Quiet
+from softbrake.cli.options import CasePath, Dimensionless, Json, NoResults, Overrides, Quiet
 
 if TYPE_CHECKING:
     from softbrake.sim.summary import Summary
 
-ResultFile = Annotated[
+Output = Annotated[
     Path | None, typer.Option("--output", "-o", metavar="FILE", help="Result file; default: CASE's name with .vtkhdf, here.")
 ]
 Tolerance = Annotated[
@@ -24,23 +24,23 @@ Tolerance = Annotated[
     typer.Option("--tolerance", metavar="RATIO", help="As 1%: choose fidelity, grid and Courant number for this error."),
 ]
 Budget = Annotated[float, typer.Option("--budget", metavar="SECONDS", min=0.0, help="Most CPU time to spend on a tolerance.")]
-ErrorBar = Annotated[bool, typer.Option("--error-bar", help="Estimate the numerical error from three coarser neighbours.")]
-Sensitivity = Annotated[
+WithErrorBar = Annotated[bool, typer.Option("--error-bar", help="Estimate the numerical error from three coarser neighbours.")]
+WithSensitivity = Annotated[
     bool, typer.Option("--sensitivity", help="What 1 % of each input of CASE does to the answer; four runs an input or more.")
 ]
 
 
 def run(
-    case_file: CaseFile,
+    case_file: CasePath,
     overrides: Overrides = None,
     json: Json = False,
-    output: ResultFile = None,
+    output: Output = None,
     no_results: NoResults = False,
     dimensionless: Dimensionless = False,
     tolerance: Tolerance = None,
     budget: Budget = 60.0,
-    with_error_bar: ErrorBar = False,
-    with_sensitivity: Sensitivity = False,
+    with_error_bar: WithErrorBar = False,
+    with_sensitivity: WithSensitivity = False,
     quiet: Quiet = False,
 ) -> None:
     """Simulate the drop of a case file."""

@@ -11,15 +11,15 @@ import typer
 from softbrake.cli import cases
 from softbrake.cli.exits import FAILED, INTERRUPTED, compile_for, fail
 from softbrake.cli.files import check_place
-from softbrake.cli.options import CaseFile, Overrides
+from softbrake.cli.options import CasePath, Overrides
 
 if TYPE_CHECKING:
     from softbrake.case.case import Case
-    from softbrake.studies.stability_map import Axis, Point
+    from softbrake.studies.stability_map import Axis, MapPoint
 
 
 def stability(
-    case_file: CaseFile,
+    case_file: CasePath,
     overrides: Overrides = None,
     over: Annotated[
         list[str] | None,
@@ -52,7 +52,7 @@ def stability(
     if case.insists:
         typer.echo(cases.SET_ASIDE, err=True)
     compile_for(each, quiet=False)
-    points: list[Point] = []
+    points: list[MapPoint] = []
     try:
         if axes:
             _survey(case_file, overrides, axes, points)
@@ -98,7 +98,7 @@ def _cases_along(case_file: Path, overrides: list[str] | None, axes: Sequence[Ax
     return [cases.at_fidelity(one, "full") for one in found]
 
 
-def _survey(case_file: Path, overrides: list[str] | None, axes: Sequence[Axis], points: list[Point]) -> None:
+def _survey(case_file: Path, overrides: list[str] | None, axes: Sequence[Axis], points: list[MapPoint]) -> None:
     """Find the limits of the map, print each and append it to the points as soon as it is found."""
     from softbrake.report.console.stability import print_head, print_point
     from softbrake.studies.stability_map import survey
@@ -106,7 +106,7 @@ def _survey(case_file: Path, overrides: list[str] | None, axes: Sequence[Axis], 
     def at(values: Sequence[str]) -> Case:
         return cases.at_fidelity(cases.load(case_file, [*(overrides or ()), *values]), "full")
 
-    def report(point: Point) -> None:
+    def report(point: MapPoint) -> None:
         points.append(point)
         print_point(point)
 

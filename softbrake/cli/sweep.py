@@ -9,7 +9,7 @@ import typer
 
 from softbrake.cli import cases
 from softbrake.cli.exits import FAILED, INTERRUPTED, compile_for, fail
-from softbrake.cli.options import CaseFile, JsonLines, Overrides, Quiet
+from softbrake.cli.options import CasePath, JsonLines, Overrides, Quiet
 
 if TYPE_CHECKING:
     from softbrake.studies.sweep import Plan
@@ -35,7 +35,7 @@ Histories = Annotated[bool, typer.Option("--histories", help="Keep the histories
 
 
 def sweep(
-    case_file: CaseFile,
+    case_file: CasePath,
     vary: Vary = None,
     mode: Mode = None,
     samples: Samples = None,

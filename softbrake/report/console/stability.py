@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from softbrake.studies.stability_map import Axis, Point
+    from softbrake.studies.stability_map import Axis, MapPoint
 
 
 def print_head(axes: Sequence[Axis]) -> None:
@@ -14,6 +14,6 @@ def print_head(axes: Sequence[Axis]) -> None:
     print("  ".join((*(path for path, _ in axes), "predicted us", "found us", "ratio")), flush=True)
 
 
-def print_point(point: Point) -> None:
+def print_point(point: MapPoint) -> None:
     """One point as soon as it is found."""
     print("  ".join((*point.values, *point.shown)), flush=True)

@@ -10,7 +10,7 @@ from rich.table import Table
 from softbrake.report.console.tables import plain, quantities
 from softbrake.report.console.trials import trials_table
 from softbrake.report.words import SHOWN, STANDARD_GRAVITY, TENSIONS, disturbed_in_words, made_in_words, outcome_in_words
-from softbrake.sim.summary import Peak, Sensitivities, Summary, contact_in_words
+from softbrake.sim.summary import PeakValue, Sensitivities, Summary, contact_in_words
 
 
 def print_summary(summary: Summary, tension_scale: float | None = None, console: Console | None = None) -> None:
@@ -100,14 +100,14 @@ def _tensions(summary: Summary, scale: float | None) -> Table:
 def _add_other_peaks(table: Table, summary: Summary, name: str, digits: int, scale: float, unit: str) -> None:
     """Rows for a peak in the other phase and behind the filter, as far as there are; scale: of the SI value."""
     found = summary.peaks.get(name)
-    filtered: Peak | None = None if summary.filtered is None else getattr(summary.filtered, name)
+    filtered: PeakValue | None = None if summary.filtered is None else getattr(summary.filtered, name)
     if found is not None and found.other is not None:
         table.add_row(f"  {found.other.phase}", f"{found.other.value * scale:.{digits}f}", unit, _when(found.other, phase=False))
     if summary.filtered is not None and filtered is not None:
         table.add_row(f"  CFC {summary.filtered.cfc}", f"{filtered.value * scale:.{digits}f}", unit, _when(filtered))
 
 
-def _when(peak: Peak, phase: bool = True) -> str:
+def _when(peak: PeakValue, phase: bool = True) -> str:
     """Time of a peak, its height on the shell, and its phase if that is wanted."""
     height = "" if peak.height is None else f", {peak.height:.3f} m up"
     return f"at {peak.time:.5f} s{height}" + (f", {peak.phase}" if phase and peak.phase is not None else "")
@@ -156,7 +156,7 @@ def _sensitivity(found: Sensitivities) -> Table:
 
 
 def print_unfinished(row: dict[str, float]) -> None:
-    """Print the last history row of a run that was killed, by names of `state.History` in lower case."""
+    """Print the last history row of a run that was killed, by names of `History` in lower case."""
     from softbrake.core.columns import UNITS, History
 
     console = plain()

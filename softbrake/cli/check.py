@@ -9,10 +9,10 @@ import typer
 
 from softbrake.cli import cases
 from softbrake.cli.exits import fail
-from softbrake.cli.options import CaseFile, Overrides
+from softbrake.cli.options import CasePath, Overrides
 
 
-def check(case_file: CaseFile, overrides: Overrides = None) -> None:
+def check(case_file: CasePath, overrides: Overrides = None) -> None:
     """Check a case file and print what it means, without running it."""
     from softbrake.sim.summary import contact_in_words, fabric_in_words
 
