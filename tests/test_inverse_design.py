@@ -11,11 +11,11 @@ from conftest import Command
 
 import softbrake
 from softbrake.case.case import Case, CaseError, full_stop, level, load_case, quantities
-from softbrake.core.arrays import Pressure, PressureLaw
+from softbrake.core.arrays import GasPressure, PressureLaw
 from softbrake.core.pressure import pressure_at
 from softbrake.studies import inverse_design
 from softbrake.studies.error_control import Refined
-from softbrake.studies.inverse_design import NUDGE, WIDTH, NotReached, Point, Target, _close_in, ask, find, piston
+from softbrake.studies.inverse_design import NUDGE, WIDTH, DesignPoint, NotReached, Target, _close_in, ask, find, piston
 
 CONFIGS = Path(__file__).resolve().parents[1] / "configs"
 NO_BELTS = CONFIGS / "no-belts.yaml"
@@ -31,7 +31,7 @@ MASS, SPEED, HEIGHT, GRAVITY = 100.0, 6.0, 0.6, 9.80665
 def test_mean_of_two_sinusoids_wherever_the_peak_stands(share: float) -> None:
     """The assertion of section 2.2 on the law (2.10) as the drop computes it: the mean over time is 2/pi of the largest value."""
     end, none = 0.2, np.zeros(1)
-    law = Pressure(PressureLaw.SINE, 1.0, share * end, end, none, none, 0.0, 1.0)
+    law = GasPressure(PressureLaw.SINE, 1.0, share * end, end, none, none, 0.0, 1.0)
     x, weight = np.polynomial.legendre.leggauss(40)
     mean = 0.0
     for start, stop in ((0.0, share * end), (share * end, end)):  # a smooth half each
@@ -122,28 +122,28 @@ def test_values_at_which_the_fabric_bursts_do_no_harm() -> None:
 
 
 def test_tolerance_chooses_the_level_and_checks_the_value_found(monkeypatch: pytest.MonkeyPatch) -> None:
-    """By two climbs, made up: of the case, and of it with the value found."""
-    climbed: list[float] = []
+    """By two refinements, made up: of the case, and of it with the value found."""
+    refined: list[float] = []
 
     def made_up(case: Case, tolerance: float, budget: float, report: object) -> Refined:
-        climbed.append(case.pressure.value)
+        refined.append(case.pressure.value)
         chosen = level(case, "axisymmetric", 18, 120)
         answer = replace(softbrake.run(chosen), impact_velocity_error=0.1, fidelity_reason=f"{tolerance:g} in {budget:g} s")
         return Refined(chosen, answer)
 
-    monkeypatch.setattr(inverse_design, "climb", made_up)
+    monkeypatch.setattr(inverse_design, "refine", made_up)
     question = ask(NO_BELTS, ["tolerance=2%", "contact=solid"], budget=7.0)
     case = question.load(18e3)
     assert (case.model.fidelity, case.grid.generatrix, case.tolerance) == ("axisymmetric", 18, None)
     assert case.pressure.value == 18e3
     found = find(question)
     assert not found.missed
-    assert climbed == [15696.0, found.value]
+    assert refined == [15696.0, found.value]
     assert found.summary.fidelity_reason == "0.02 in 7 s"
 
 
 def test_check_beside_the_target_is_said() -> None:
-    """A climb that answers as the search did is within its errors, one that a tenth of the pressure is lost to is not."""
+    """A refinement that answers as the search did is within its errors, one that a tenth of the pressure is lost to is not."""
     question = ask(NO_BELTS, [LUMPED], target="impact_velocity=1.5 m/s")
 
     def check(value: float) -> Refined:
@@ -180,9 +180,9 @@ def test_paper_s_case_meets_its_target() -> None:
 def test_bracket_closes_in(function, root: float) -> None:
     tried = []
 
-    def attempt(value: float) -> Point:
+    def attempt(value: float) -> DesignPoint:
         tried.append(value)
-        return Point(value, None, function(value))
+        return DesignPoint(value, None, function(value))
 
     ends = _close_in(attempt, attempt(1.0), attempt(2.0))
     low, high = sorted(point.value for point in ends)
@@ -192,13 +192,15 @@ def test_bracket_closes_in(function, root: float) -> None:
 
 def test_smooth_functions_take_few_steps() -> None:
     tried = []
-    _close_in(lambda x: tried.append(x) or Point(x, None, x**2 - 2.0), Point(1.0, None, -1.0), Point(2.0, None, 2.0))
+    _close_in(
+        lambda x: tried.append(x) or DesignPoint(x, None, x**2 - 2.0), DesignPoint(1.0, None, -1.0), DesignPoint(2.0, None, 2.0)
+    )
     assert len(tried) <= 7
 
 
 def test_jump_is_no_crossing(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("softbrake.studies.inverse_design._tried", lambda load, target, values: [
-        Point(value, None, 1.0 if value < 20e3 else -1.0, "no run") for value in values
+        DesignPoint(value, None, 1.0 if value < 20e3 else -1.0, "no run") for value in values
     ])  # fmt: skip
     with pytest.raises(NotReached, match="jumps across the target"):
         find(ask(NO_BELTS, [LUMPED]))

@@ -12,7 +12,7 @@ from softbrake.sim.summary import Inflation, Summary
 
 if TYPE_CHECKING:
     from softbrake.case.case import FullStop
-    from softbrake.studies.inverse_design import Design, Question
+    from softbrake.studies.inverse_design import DesignAnswer, Question
 
 
 def summary_json(summary: Summary, tension_scale: float | None = None) -> str:
@@ -44,7 +44,7 @@ def inflation_json(inflation: Inflation) -> str:
     return json.dumps(asdict(inflation), indent=2, ensure_ascii=False, allow_nan=False)
 
 
-def design_json(question: Question, stop: tuple[FullStop, list[tuple[float, Summary]]], found: Design) -> str:
+def design_json(question: Question, stop: tuple[FullStop, list[tuple[float, Summary]]], found: DesignAnswer) -> str:
     """A search as one JSON object, SI units."""
     energy, tried = stop
     keys = ("outcome", "impact_velocity", "minimum_height", "peak_deceleration")

@@ -13,17 +13,17 @@ from softbrake.sim.summary import Summary
 
 if TYPE_CHECKING:
     from softbrake.case.case import FullStop
-    from softbrake.studies.inverse_design import Design, Point, Question
+    from softbrake.studies.inverse_design import DesignAnswer, DesignPoint, Question
 
 
-def print_point(question: Question, point: Point) -> None:
+def print_point(question: Question, point: DesignPoint) -> None:
     """One value of a search as soon as it is tried, on stderr."""
     unit = f" {question.unit}".rstrip()
     print(f"{question.path} {point.value:.6g}{unit}: {point.in_words(question.target)}", file=sys.stderr, flush=True)
 
 
 def print_design(
-    question: Question, stop: tuple[FullStop, list[tuple[float, Summary]]], found: Design, console: Console | None = None
+    question: Question, stop: tuple[FullStop, list[tuple[float, Summary]]], found: DesignAnswer, console: Console | None = None
 ) -> None:
     """Print section 2.2, the value found by the model with its error, and the answer there, in at most 80 columns."""
     from softbrake.studies.inverse_design import answer
