@@ -11,7 +11,6 @@ import inspect
 import io
 import tokenize
 from collections.abc import Iterable
-from enum import IntEnum
 from typing import Any
 
 import typer
@@ -26,10 +25,10 @@ from softbrake.case.sections import contact, pressure
 from softbrake.case.sections.sweep import SWEEP
 from softbrake.case.sections.top import TOP
 from softbrake.cli.app import app
-from softbrake.core import columns as state
+from softbrake.core import columns
 from softbrake.sim import summary
 
-ANSWER = ("Summary", "Peak", "FilteredPeaks", "Work", "ModelUsed", "Trial", "Ensemble")
+ANSWER = ("Summary", "PeakValue", "FilteredPeaks", "Work", "ModelUsed", "Trial", "Ensemble")
 ANSWER += ("Sensitivities", "Sensitivity", "Inflation")
 API_NOTE = (
     "The package exports these names. Importing it loads no kernel; the first use of a name loads its module. "
@@ -197,12 +196,10 @@ def fields(name: str) -> str:
 
 def answer_page() -> str:
     """Fields of the answer, columns of the history."""
-    history: type[IntEnum] = state.History
+    history = columns.History
     rows = []
-    for name, (_, comment) in comments(history).items():
-        unit = state.UNITS[history[name]]
-        meaning = comment.removeprefix(unit).lstrip(", ")
-        rows.append((code(name.lower()), code(unit), meaning))
+    for column in history:
+        rows.append((code(column.name.lower()), code(column.unit), column.meaning))
     return "\n".join(
         [
             "# Answer and history\n",

@@ -15,7 +15,7 @@ from softbrake.case.sections.shell import Shell
 from softbrake.core.arrays import Floats
 from softbrake.core.columns import History
 from softbrake.sim.result_file import ResultFile
-from softbrake.sim.summary import ModelUsed, Peak, Summary, Work
+from softbrake.sim.summary import ModelUsed, PeakValue, Summary, Work
 
 SPEED, DECELERATION, END = 6.0, 20.0, 0.12
 PRESSURE = 15696.0
@@ -107,7 +107,7 @@ def summary() -> Summary:
         peak_tension_generatrix=4e3,
         peak_tension_hoop=8e3,
         peak_tension_belt=None,
-        peaks={"peak_tension_hoop": Peak(8e3, END, 0.3), "peak_deceleration": Peak(DECELERATION, 0.0)},
+        peaks={"peak_tension_hoop": PeakValue(8e3, END, 0.3), "peak_deceleration": PeakValue(DECELERATION, 0.0)},
         work=Work(-1140.0, -219.0, 0.0, 0.0, 447.0, 0.0, 0.0),
         largest_penetration=0.0,
         missed_collisions=0,

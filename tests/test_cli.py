@@ -19,9 +19,11 @@ from typer.testing import CliRunner
 
 from softbrake.cli.app import app
 from softbrake.core.jit import CACHE_FOLDER
-from softbrake.report import console
+from softbrake.report.as_json import summary_json
+from softbrake.report.console.progress import progress
+from softbrake.report.console.summary import print_summary
 from softbrake.sim.simulation import ALL_KERNELS, Progress
-from softbrake.sim.summary import FilteredPeaks, Peak, Summary
+from softbrake.sim.summary import FilteredPeaks, PeakValue, Summary
 
 SMALL = ("--set", "grid.generatrix=8", "--set", "grid.hoop=12", "--set", "time.end=5ms")
 SLOW = {"h5py", "matplotlib", "numba", "numpy", "rich", "scipy"}
@@ -34,13 +36,13 @@ def summary() -> Summary:
         synthetic_drop.summary(),
         title="Braking of 100 kg by a belted cylinder (paper, section 4)",
         peak_tension_belt=28712.0,
-        peaks={name: Peak(1.0, 0.01234, 0.3) for name in tensions} | {"peak_deceleration": Peak(20.0, 0.004)},
+        peaks={name: PeakValue(1.0, 0.01234, 0.3) for name in tensions} | {"peak_deceleration": PeakValue(20.0, 0.004)},
     )
 
 
 def printed(answer: Summary, scale: float | None = None) -> str:
     stream = io.StringIO()
-    console.print_summary(answer, scale, Console(file=stream, width=80))
+    print_summary(answer, scale, Console(file=stream, width=80))
     return stream.getvalue()
 
 
@@ -218,11 +220,15 @@ def test_summary_fits_80_columns_and_says_everything() -> None:
 
 def test_phases_and_filtered_peaks_stand_below_their_peak() -> None:
     peaks = {
-        "peak_deceleration": Peak(20.0, 0.004, None, "overshoot", Peak(12.5, 0.05, None, "crushing")),
-        "peak_tension_hoop": Peak(8e3, 0.06, 0.3, "crushing", Peak(6e3, 0.003, 0.2, "overshoot")),
+        "peak_deceleration": PeakValue(20.0, 0.004, None, "overshoot", PeakValue(12.5, 0.05, None, "crushing")),
+        "peak_tension_hoop": PeakValue(8e3, 0.06, 0.3, "crushing", PeakValue(6e3, 0.003, 0.2, "overshoot")),
     }
     behind = FilteredPeaks(
-        180, None, Peak(18.0, 0.005, None, "overshoot"), Peak(3e3, 0.002, None, "overshoot"), Peak(7e3, 0.061, None, "crushing")
+        180,
+        None,
+        PeakValue(18.0, 0.005, None, "overshoot"),
+        PeakValue(3e3, 0.002, None, "overshoot"),
+        PeakValue(7e3, 0.061, None, "crushing"),
     )
     lines = [" ".join(line.split()) for line in printed(replace(summary(), peaks=peaks, filtered=behind)).splitlines()]
     first = lines.index("peak deceleration, 1 kHz 20.00 m/s^2 2.04 g net, at 0.00400 s, overshoot")
@@ -265,9 +271,9 @@ def test_brackets_in_a_title_are_no_markup() -> None:
 
 
 def test_json_holds_the_summary_and_on_request_the_dimensionless_tensions() -> None:
-    plain = json.loads(console.summary_json(summary()))
+    plain = json.loads(summary_json(summary()))
     assert plain == asdict(summary())
-    scaled = json.loads(console.summary_json(replace(summary(), peak_tension_belt=None), 4000.0))["dimensionless"]
+    scaled = json.loads(summary_json(replace(summary(), peak_tension_belt=None), 4000.0))["dimensionless"]
     assert scaled == {
         "tension_scale": 4000.0,
         "peak_tension_generatrix": 1.0,
@@ -287,7 +293,7 @@ def test_energy_made_by_fabric_in_words(made: float, words: list[str]) -> None:
 
 
 def test_json_knows_no_nan() -> None:
-    assert json.loads(console.summary_json(replace(summary(), energy_error=float("nan"))))["energy_error"] is None
+    assert json.loads(summary_json(replace(summary(), energy_error=float("nan"))))["energy_error"] is None
 
 
 # Progress
@@ -298,7 +304,7 @@ def test_progress_in_a_pipe_is_a_line_every_two_seconds(
 ) -> None:
     clock = iter([0.0, 0.5, 1.9, 2.1, 2.1, 2.3, 4.2, 4.2])
     monkeypatch.setattr(time, "monotonic", lambda: next(clock))
-    with console.progress(0.6, quiet=False) as callback:
+    with progress(0.6, quiet=False) as callback:
         assert callback is not None
         for step in range(5):
             callback(Progress(0.01 * step, 0.5, 5.5, step, 0.3))
@@ -308,7 +314,7 @@ def test_progress_in_a_pipe_is_a_line_every_two_seconds(
 
 
 def test_quiet_has_no_progress() -> None:
-    with console.progress(0.6, quiet=True) as callback:
+    with progress(0.6, quiet=True) as callback:
         assert callback is None
 
 

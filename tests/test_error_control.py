@@ -1,6 +1,6 @@
 """The choice of level and grid for a tolerance: errors that are kept, levels left on evidence, limits said.
 
-Most drops are made up, for what they answer, how round they stay and what they cost: a climb cannot tell.
+Most drops are made up, for what they answer, how round they stay and what they cost: a refinement cannot tell.
 """
 
 import json
@@ -26,7 +26,7 @@ from softbrake.cli.app import app
 from softbrake.sim import simulation as drop
 from softbrake.sim.result_file import read_history, read_summary
 from softbrake.sim.simulation import Diverged, Simulation
-from softbrake.sim.summary import Ensemble, Peak, Summary, Trial
+from softbrake.sim.summary import Ensemble, PeakValue, Summary, Trial
 from softbrake.studies import error_control
 from softbrake.studies.convergence import NEIGHBOURLY, prediction
 from softbrake.studies.error_control import (
@@ -60,7 +60,7 @@ def case(name: str = "no-belts", *overrides: str) -> Case:
 
 
 def fine(of: Case, cells: int = 288) -> float:
-    """Impact velocity (m/s) of the axisymmetric shell on a grid beyond those of a climb."""
+    """Impact velocity (m/s) of the axisymmetric shell on a grid beyond those of a refinement."""
     return _speed(level(of, "axisymmetric", cells, 10_000))
 
 
@@ -112,7 +112,7 @@ class MadeUp:
             outcome="impact" if energy > 0.0 else "stopped",
             impact_velocity=math.sqrt(energy) if energy > 0.0 else None,
             minimum_height=0.0 if energy > 0.0 else of.shell.height * energy / (energy - of.cargo.velocity**2),
-            peaks={name: Peak(value, 0.1) for name, value in peaks.items()},
+            peaks={name: PeakValue(value, 0.1) for name, value in peaks.items()},
             model=replace(self.base.model, fidelity=of.model.fidelity, generatrix=of.grid.generatrix, hoop=of.grid.hoop),
             **peaks,
         )
@@ -128,7 +128,7 @@ def base() -> Summary:
 
 @pytest.fixture
 def made_up(base: Summary, monkeypatch: pytest.MonkeyPatch) -> MadeUp:
-    """Drops of a climb, and its clock, made up; by default all answer 3 m/s and stay round."""
+    """Drops of a refinement, and its clock, made up; by default all answer 3 m/s and stay round."""
     drops = MadeUp(base)
     monkeypatch.setattr(error_control, "probe", drops.probe)
     monkeypatch.setattr(error_control, "CLOCK", lambda: drops.now)
@@ -175,10 +175,10 @@ def test_finer_grids_are_asked_only_where_the_tolerance_wants_them(made_up: Made
         made_up.done.clear()
         found = refine(case(), tolerance)
         cells = [of.grid.generatrix for of, _ in made_up.of("axisymmetric")]
-        *climbed, twice = cells[: cells.index(found.case.grid.generatrix) + 1]
-        assert all(1.1 < b / a < 1.3 for a, b in pairwise(climbed))
-        assert twice == 2 * climbed[-1]
-        counts.append(len(climbed))
+        *refined, twice = cells[: cells.index(found.case.grid.generatrix) + 1]
+        assert all(1.1 < b / a < 1.3 for a, b in pairwise(refined))
+        assert twice == 2 * refined[-1]
+        counts.append(len(refined))
     assert counts[0] == NEIGHBOURS < counts[1] < counts[2]
 
 
@@ -489,7 +489,7 @@ def test_member_beyond_the_budget_is_not_begun(budget: float, runs: int, members
 
 
 def test_budget_is_of_processor_time(made_up: MadeUp, monkeypatch: pytest.MonkeyPatch) -> None:
-    """What else a machine does changes no rung: an hour passes on the clock of the wall at each look at it."""
+    """What else a machine does changes no trial: an hour passes on the clock of the wall at each look at it."""
     if sys.platform != "win32":
         assert drop.CLOCK is time.thread_time
     made_up.out, made_up.energy = not_round, scattered
@@ -665,7 +665,7 @@ def test_interrupted_climb_gives_the_best_answer_so_far(out: Callable[[Case, int
 
 @pytest.fixture
 def member() -> Refined:
-    """A climb that ended at the third member of an ensemble of small full shells."""
+    """A refinement that ended at the third member of an ensemble of small full shells."""
     small = level(case("paper"), "full", 12, 24)
     fallen = Simulation(small)
     fallen.disturb(disturbance(small, 3), 3)

@@ -18,7 +18,7 @@ from softbrake.core.arrays import GasPressure, PressureLaw
 from softbrake.core.pressure import pressure_at
 from softbrake.studies import inverse_design
 from softbrake.studies.error_control import Refined
-from softbrake.studies.inverse_design import NUDGE, WIDTH, NotReached, Point, Target, _close_in, ask, find, piston
+from softbrake.studies.inverse_design import NUDGE, WIDTH, DesignPoint, NotReached, Target, _close_in, ask, find, piston
 
 CONFIGS = Path(__file__).resolve().parents[1] / "configs"
 NO_BELTS = CONFIGS / "no-belts.yaml"
@@ -125,11 +125,11 @@ def test_values_at_which_the_fabric_bursts_do_no_harm() -> None:
 
 
 def test_tolerance_chooses_the_level_and_checks_the_value_found(monkeypatch: pytest.MonkeyPatch) -> None:
-    """By two climbs, made up: of the case, and of it with the value found."""
-    climbed: list[float] = []
+    """By two refinements, made up: of the case, and of it with the value found."""
+    refined: list[float] = []
 
     def made_up(case: Case, tolerance: float, budget: float, report: object) -> Refined:
-        climbed.append(case.pressure.value)
+        refined.append(case.pressure.value)
         chosen = level(case, "axisymmetric", 18, 120)
         answer = replace(softbrake.run(chosen), impact_velocity_error=0.1, fidelity_reason=f"{tolerance:g} in {budget:g} s")
         return Refined(chosen, answer)
@@ -141,12 +141,12 @@ def test_tolerance_chooses_the_level_and_checks_the_value_found(monkeypatch: pyt
     assert case.pressure.value == 18e3
     found = find(question)
     assert not found.missed
-    assert climbed == [15696.0, found.value]
+    assert refined == [15696.0, found.value]
     assert found.summary.fidelity_reason == "0.02 in 7 s"
 
 
 def test_check_beside_the_target_is_said() -> None:
-    """A climb that answers as the search did is within its errors, one that a tenth of the pressure is lost to is not."""
+    """A refinement that answers as the search did is within its errors, one that a tenth of the pressure is lost to is not."""
     question = ask(open_case(NO_BELTS, [LUMPED]), target="impact_velocity=1.5 m/s")
 
     def check(value: float) -> Refined:
@@ -183,9 +183,9 @@ def test_paper_s_case_meets_its_target() -> None:
 def test_bracket_closes_in(function, root: float) -> None:
     tried = []
 
-    def attempt(value: float) -> Point:
+    def attempt(value: float) -> DesignPoint:
         tried.append(value)
-        return Point(value, None, function(value))
+        return DesignPoint(value, None, function(value))
 
     ends = _close_in(attempt, attempt(1.0), attempt(2.0))
     low, high = sorted(point.value for point in ends)
@@ -195,13 +195,15 @@ def test_bracket_closes_in(function, root: float) -> None:
 
 def test_smooth_functions_take_few_steps() -> None:
     tried = []
-    _close_in(lambda x: tried.append(x) or Point(x, None, x**2 - 2.0), Point(1.0, None, -1.0), Point(2.0, None, 2.0))
+    _close_in(
+        lambda x: tried.append(x) or DesignPoint(x, None, x**2 - 2.0), DesignPoint(1.0, None, -1.0), DesignPoint(2.0, None, 2.0)
+    )
     assert len(tried) <= 7
 
 
 def test_jump_is_no_crossing(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("softbrake.studies.inverse_design._tried", lambda load, target, values: [
-        Point(value, None, 1.0 if value < 20e3 else -1.0, "no run") for value in values
+        DesignPoint(value, None, 1.0 if value < 20e3 else -1.0, "no run") for value in values
     ])  # fmt: skip
     with pytest.raises(NotReached, match="jumps across the target"):
         find(ask(open_case(NO_BELTS, [LUMPED])))

@@ -1,6 +1,7 @@
 """The page of a result: sound HTML that needs nothing from outside, and numbers that are those of the file."""
 
 import re
+import sys
 from dataclasses import replace
 from html.parser import HTMLParser
 from pathlib import Path
@@ -9,15 +10,30 @@ import numpy as np
 import pytest
 import synthetic_drop as drop
 from conftest import ROOT, Command
+from matplotlib.figure import Figure
+from typer.testing import CliRunner
 
 from softbrake.case.case_file import load_case
+from softbrake.cli.app import app
 from softbrake.core.columns import History
-from softbrake.report.html import result_page, sweep_page, write_report
-from softbrake.report.page import BUCKETS, Curve, Mark, table, work_precision
-from softbrake.sim.result_file import ResultError, ResultFile, read_history, replace_summary
+from softbrake.report.html.frame import table
+from softbrake.report.html.result import result_page
+from softbrake.report.html.sweep import sweep_page
+from softbrake.report.html.write import write_report
+from softbrake.report.plots.page import BUCKETS, DASHES, as_svg, drop_charts, shapes, sweep_chart
+from softbrake.sim.result_file import (
+    ResultError,
+    ResultFile,
+    read_case,
+    read_history,
+    read_snapshots,
+    read_summary,
+    replace_summary,
+)
 from softbrake.sim.simulation import simulate
-from softbrake.sim.summary import FilteredPeaks, Peak, Sensitivities, Sensitivity
+from softbrake.sim.summary import FilteredPeaks, PeakValue, Sensitivities, Sensitivity
 
+pytest.importorskip("matplotlib")
 VOID = {"meta"}
 
 
@@ -55,10 +71,18 @@ class Page(HTMLParser):
         return "\n".join(self.texts)
 
 
-def path_of(text: str, number: int = 0) -> np.ndarray:
-    """Points of a curve of a chart."""
-    curves = re.findall(r'<path d="M([^"]*)" fill="none"', text)
-    return np.array([[float(part) for part in point.split()] for point in curves[number].split("L")])
+def in_pixels(figure: Figure, number: int) -> np.ndarray:
+    """Points of a line of a figure as its picture must have them, downwards."""
+    (axes,) = figure.axes
+    line = axes.lines[number]
+    points = axes.transData.transform(np.column_stack(line.get_data())) * 72.0 / figure.dpi
+    return np.column_stack((points[:, 0], 72.0 * figure.get_figheight() - points[:, 1]))
+
+
+def paths(text: str) -> list[np.ndarray]:
+    """Points of the open paths of a picture."""
+    found = re.findall(r'<path d="M ([^"zC]*)" style="fill: none; stroke', text)
+    return [np.array([[float(part) for part in point.split()] for point in path.split(" L ")]) for path in found]
 
 
 @pytest.fixture(scope="module")
@@ -73,7 +97,9 @@ def test_page_is_whole_and_needs_nothing_from_outside(result: Path) -> None:
     found = Page(text)
     assert text.startswith("<!doctype html>")
     assert not {"script", "link", "img", "iframe", "object", "b>Jerry"} & set(found.tags)
-    assert not [pair for pair in found.attributes if pair[0] in ("src", "href", "xlink:href", "srcset")]
+    marks = [value for name, value in found.attributes if name in ("src", "href", "xlink:href", "srcset")]
+    known = {f"#{value}" for name, value in found.attributes if name == "id"}
+    assert set(marks) <= known  # within the page
     assert not re.search(r"https?:|//|@import|url\(", text)
     assert "Tom & <b>Jerry</b>" in found.texts
     assert "nan" not in text.replace("nanmean", "").lower().split()
@@ -141,10 +167,12 @@ def test_phases_and_filtered_peaks_are_shown(tmp_path: Path) -> None:
     file = tmp_path / "drop.vtkhdf"
     drop.write(file, drop.case(6, 8))
     peaks = {
-        "peak_deceleration": Peak(20.0, 0.004, None, "overshoot", Peak(9.80665, 0.05, None, "crushing")),
-        "peak_tension_hoop": Peak(8e3, 0.06, 0.3, "crushing", Peak(6e3, 0.003, 0.2, "overshoot")),
+        "peak_deceleration": PeakValue(20.0, 0.004, None, "overshoot", PeakValue(9.80665, 0.05, None, "crushing")),
+        "peak_tension_hoop": PeakValue(8e3, 0.06, 0.3, "crushing", PeakValue(6e3, 0.003, 0.2, "overshoot")),
     }
-    behind = FilteredPeaks(180, None, Peak(14.709975, 0.005, None, "overshoot"), None, Peak(7e3, 0.061, None, "crushing"))
+    behind = FilteredPeaks(
+        180, None, PeakValue(14.709975, 0.005, None, "overshoot"), None, PeakValue(7e3, 0.061, None, "crushing")
+    )
     replace_summary(file, replace(drop.summary(), peaks=peaks, filtered=behind))
     words = Page(result_page(file)).words
     assert "net of gravity; at 4 ms, overshoot; crushing: 1.00 g; CFC 180: 1.50 g, overshoot" in words
@@ -153,44 +181,103 @@ def test_phases_and_filtered_peaks_are_shown(tmp_path: Path) -> None:
     assert "CFC 60: none, 5 ms long, 24 wanted" in Page(result_page(file)).words
 
 
-def test_curves_are_the_history(result: Path) -> None:
-    """The first chart's first curve, scaled back by two of its own points, is the speed over time."""
-    text = result_page(result)
-    points, history = path_of(text), read_history(result)
-    assert len(points) == len(history)
-    x, y = history["time"], -history["velocity"]
-    for drawn, true in ((points[:, 0], x), (points[:, 1], y)):
-        scale = (true[-1] - true[0]) / (drawn[-1] - drawn[0])
-        np.testing.assert_allclose(true[0] + scale * (drawn - drawn[0]), true, atol=2e-3 * np.ptp(true))
-    assert points[0, 1] < points[-1, 1]  # it slows down, and places grow downwards
+def test_curves_are_the_history_and_the_page_shows_them(result: Path) -> None:
+    text, history = result_page(result), read_history(result)
+    figures = drop_charts(read_case(result), history, read_summary(result))
+    labels = [figure.get_label() for figure in figures]
+    assert [label.rsplit(", ", 1)[1] for label in labels] == ["m/s", "m", "g", "kPa", "kN/m", "kJ"]
+    assert [text.count(f"<figcaption>{label}</figcaption>") for label in labels] == [1] * 6
+    columns = (-history["velocity"], history["height"], history["acceleration"] / 9.80665, history["pressure"] * 1e-3)
+    for figure, column in zip(figures, columns, strict=False):
+        (axes,) = figure.axes
+        np.testing.assert_allclose(np.column_stack(axes.lines[0].get_data()), np.column_stack((history["time"] * 1e3, column)))
+        assert axes.get_ylim()[0] <= 1e-9 and axes.get_ylim()[1] >= -1e-9
+        assert axes.get_xlabel() == "time, ms"
+    for figure in figures:
+        assert as_svg(figure).split("\n", 1)[1] in text  # but for the tag, which the page completes
+        pictured = [path for path in paths(as_svg(figure)) if len(path) == len(history)]
+        lines = [k for k, line in enumerate(figure.axes[0].lines) if len(line.get_xdata()) == len(history)]
+        assert pictured and len(pictured) == len(lines)
+        for path, number in zip(pictured, lines, strict=True):
+            np.testing.assert_allclose(path, in_pixels(figure, number), atol=0.02)
+
+
+def test_key_names_and_dashes_the_curves(result: Path) -> None:
+    tensions = drop_charts(read_case(result), read_history(result), read_summary(result))[4].axes[0]
+    words = [text.get_text() for text in tensions.get_legend().get_texts()]
+    assert words == ["generatrix", "hoop", "belt"]
+    assert len({line.get_color() for line in tensions.lines[:3]}) == 3
+    dashes = re.findall("stroke-dasharray: ([^;]*);", as_svg(tensions.figure))
+    assert len(set(dashes)) == 2 < len(DASHES)  # the first is without
+
+
+def test_impact_has_its_error_bar(tmp_path: Path) -> None:
+    file = tmp_path / "drop.vtkhdf"
+    drop.write(file, drop.case(6, 8))
+    answer = replace(drop.summary(), impact_velocity_error=0.5)
+    bar = drop_charts(read_case(file), read_history(file), answer)[0].axes[0].lines[3]
+    np.testing.assert_allclose(bar.get_data(), [[120.0, 120.0], [3.1, 4.1]])
 
 
 def test_shapes_are_cuts_through_opposite_columns(result: Path) -> None:
-    shapes = result_page(result).split('class="shapes">')[1]
-    middle = shapes.split("</figure>")[3]
-    xyz, _ = drop.shape(drop.case(6, 8, belts=2), float(re.findall(r"([\d.]+) ms <span>", middle)[0]) / 1e3)
-    right, left = path_of(middle, 0), path_of(middle, 1)
-    assert right.shape == (7, 2)
-    scale = np.ptp(right[:, 1]) / np.ptp(xyz[:, 0, 2])
-    np.testing.assert_allclose(right[:, 0] - left[:, 0], scale * (xyz[:, 0, 0] - xyz[:, 4, 0]), atol=0.3)
-    assert middle.count("<circle") == 4
+    case, shots = read_case(result), read_snapshots(result)
+    figures = shapes(case, shots, 8)
+    pictures = result_page(result).split('class="shapes">')[1].split("</figure>")
+    times = [float(figure.get_label().split()[0]) for figure in figures]
+    assert times[0] == 0.0 and times[-1] == 120.0 and times == sorted(times)
+    for figure, picture, milliseconds in zip(figures, pictures, times, strict=False):
+        assert f"<figcaption>{milliseconds:.1f} ms <span>" in picture
+        xyz, _ = drop.shape(drop.case(6, 8, belts=2), milliseconds / 1e3)
+        right, right_belts, left, left_belts = (np.column_stack(line.get_data()) for line in figure.axes[0].lines[:4])
+        np.testing.assert_allclose(right, xyz[:, 0, [0, 2]], atol=1e-6)
+        np.testing.assert_allclose(left, xyz[:, 4, [0, 2]], atol=1e-6)
+        np.testing.assert_array_equal(np.vstack((right_belts, left_belts)), np.vstack((right[[2, 4]], left[[2, 4]])))
+        pictured = [path for path in paths(picture) if len(path) == 7]
+        np.testing.assert_allclose(pictured, [in_pixels(figure, 0), in_pixels(figure, 2)], atol=0.02)
+        assert picture.count("<use") == 4 + 1  # belts, and the cargo
+        axes = figure.axes[0]
+        across, up = (np.ptp(limits) for limits in (axes.get_xlim(), axes.get_ylim()))
+        assert figure.get_figheight() / figure.get_figwidth() == pytest.approx(up / across)  # one scale both ways
+    assert len({figure.axes[0].get_xlim() + figure.axes[0].get_ylim() for figure in figures}) == 1
+
+
+def test_colours_are_those_of_the_page(result: Path) -> None:
+    text = result_page(result)
+    style, body = text.split("</style>")
+    assert not re.findall("#[0-9a-f]{6};", body)
+    names = set(re.findall(r"var\(--(\w+)\)", text))
+    for part in re.findall(r":root{([^}]*)}", style):  # by day, by night and on paper
+        assert names <= set(re.findall(r"--(\w+):", part))
+
+
+def test_the_same_page_twice_is_the_same(result: Path) -> None:
+    assert result_page(result) == result_page(result)
 
 
 def test_long_curves_keep_their_peaks() -> None:
     x = np.linspace(0.0, 1.0, 100_000)
     y = np.sin(50 * x)
     y[54_321] = 7.0
-    points = path_of(work_precision("a", "m", x, [Curve("", y)], "s"))
+    figure = sweep_chart("a", "m", "s", x, y, True, False)
+    points = np.column_stack(figure.axes[0].lines[0].get_data())
     assert len(points) <= 2 * BUCKETS + 2
-    assert points[np.argmin(points[:, 1]), 0] == pytest.approx(points[0, 0] + 0.54321 * np.ptp(points[:, 0]), abs=0.1)
+    np.testing.assert_array_equal(points[np.argmax(points[:, 1])], [x[54_321], 7.0])
+    np.testing.assert_array_equal(points[[0, -1], 0], [0.0, 1.0])
+    assert len(as_svg(figure)) < 25_000
 
 
 def test_charts_bear_what_is_not_a_number() -> None:
     x = np.array([0.0, 1.0, 2.0, np.nan])
-    text = work_precision("a", "m", x, [Curve("one", np.array([1.0, np.nan, 3.0, 1.0])), Curve("two", np.full(4, np.nan))], "s")
-    assert "nan" not in text
-    assert len(path_of(text)) == 2
-    assert "nan" not in work_precision("flat", "m", x[:1], [Curve("", np.zeros(1))], "s", [Mark(0.0, 0.0, 0.1)])
+    figure = sweep_chart("a", "m", "s", x, np.array([1.0, np.nan, 3.0, 1.0]), True, True)
+    assert "nan" not in as_svg(figure)
+    assert len(figure.axes[0].lines[0].get_xdata()) == 2
+    for y in (np.zeros(1), np.array([np.nan])):
+        assert "nan" not in as_svg(sweep_chart("flat", "m", "s", x[:1], y, True, False))
+
+
+def test_words_are_no_formulas() -> None:
+    figure = sweep_chart("a", "m", "costs $5 or $6_{<", np.arange(2.0), np.arange(2.0), True, False)
+    assert ">costs $5 or $6_{&lt;</text>" in as_svg(figure)
 
 
 def test_tables_escape() -> None:
@@ -239,8 +326,7 @@ def test_page_of_a_sweep(tmp_path: Path) -> None:
     assert "1\nstopped\n30000\n–\n10\n0.1" in found.words
     assert "4\ndiverged\n90000\n–\n–\n–" in found.words
     assert "cargo.mass\n123.5 kg" in found.words  # of the case
-    curve = path_of(text)
-    assert len(curve) == 3
+    curve = next(path for path in paths(text) if len(path) == 3)
     assert list(curve[:, 0]) == sorted(curve[:, 0])  # by the axis, whatever the order of the runs
     heights = (curve[:, 1] - curve[2, 1]) / (curve[0, 1] - curve[2, 1])
     np.testing.assert_allclose(heights, [1.0, 1.5 / 6.25, 0.0], atol=2e-3)  # stopped: an impact velocity of 0
@@ -259,7 +345,7 @@ def test_sweep_over_two_axes_has_a_dot_a_run(tmp_path: Path) -> None:
     text = sweep_page(folder)
     Page(text)
     assert text.count("<figure>") == 1  # words make no axis
-    assert text.count("<circle") == 4
+    assert text.count("<use") == 4  # the dots, by one definition
 
 
 def test_faults_of_a_sweep(tmp_path: Path) -> None:
@@ -299,6 +385,14 @@ def test_command(softbrake: Command, tmp_path: Path) -> None:
         assert (done.returncode, done.stdout) == (2, "")
         assert fault in done.stderr and "Traceback" not in done.stderr
     assert (tmp_path / "drop.vtkhdf").read_bytes() == kept
+
+
+def test_without_matplotlib_there_is_no_page(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    drop.write(tmp_path / "drop.vtkhdf", drop.case(6, 8))
+    monkeypatch.setitem(sys.modules, "matplotlib", None)
+    done = CliRunner().invoke(app, ["report", str(tmp_path / "drop.vtkhdf")])
+    assert (done.exit_code, done.stderr) == (2, "pictures need matplotlib: pip install 'softbrake[plot]'\n")
+    assert not (tmp_path / "drop.html").exists()
 
 
 def test_lumped_run_has_no_tensions_to_show(tmp_path: Path) -> None:

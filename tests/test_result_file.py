@@ -20,7 +20,7 @@ from softbrake.case.sections.pressure import Pressure
 from softbrake.core.columns import History
 from softbrake.sim import result_file as results
 from softbrake.sim.result_file import ResultError, ResultFile
-from softbrake.sim.summary import FilteredPeaks, Peak
+from softbrake.sim.summary import FilteredPeaks, PeakValue
 
 
 @pytest.fixture(scope="module")
@@ -234,8 +234,8 @@ def test_phases_and_filtered_peaks_round_trip(tmp_path: Path, small: Path) -> No
     """As an answer from before they were kept is read."""
     file = tmp_path / "drop.vtkhdf"
     file.write_bytes(small.read_bytes())
-    hoop = Peak(8e3, 0.06, 0.3, "crushing", Peak(6e3, 0.003, 0.2, "overshoot"))
-    filtered = FilteredPeaks(60, None, Peak(18.0, 0.005, None, "overshoot", Peak(12.0, 0.05, None, "crushing")))
+    hoop = PeakValue(8e3, 0.06, 0.3, "crushing", PeakValue(6e3, 0.003, 0.2, "overshoot"))
+    filtered = FilteredPeaks(60, None, PeakValue(18.0, 0.005, None, "overshoot", PeakValue(12.0, 0.05, None, "crushing")))
     for answer in (
         replace(drop.summary(), peaks={"peak_tension_hoop": hoop}, filtered=filtered),
         replace(drop.summary(), filtered=FilteredPeaks(60, "rows 3 ms apart, 1.7 allowed")),

@@ -307,7 +307,7 @@ def test_points_are_kept_where_the_picture_fails(paper: Path, tmp_path: Path, mo
     def fail(*_: object) -> None:
         raise PlotError("no picture today")
 
-    monkeypatch.setattr("softbrake.studies.stability_map.draw_map", fail)
+    monkeypatch.setattr("softbrake.report.plots.stability_map.draw_map", fail)
     small = ("--set", "grid={generatrix: 8, hoop: 16}", "--set", "belts.width=30 mm")
     done = CliRunner().invoke(
         app, ["stability", str(paper), *small, "--over", "fabric.viscosity=1", "-o", str(tmp_path / "map.png")]

@@ -19,7 +19,9 @@ from conftest import ROOT, Command, start
 
 from softbrake.case.case_file import CaseError, load_case, open_case
 from softbrake.core.columns import History
-from softbrake.report import sweep as sweep_results
+from softbrake.report.console.sweep import print_table
+from softbrake.report.plots.sweep import _Scale
+from softbrake.report.results_csv import failures, rows, write_results
 from softbrake.sim.result_file import HISTORY_DTYPE, read_history
 from softbrake.sim.simulation import Simulation, simulate
 from softbrake.studies import batch, sweep
@@ -45,7 +47,7 @@ def texts(folder: Path) -> list[list[str]]:
 def write(folder: Path) -> None:
     """Write the results of a sweep that has run."""
     plan, records = merge_folders([folder])
-    sweep_results.write_results(folder, plan, sweep_results.rows(plan, records))
+    write_results(folder, plan, rows(plan, records))
 
 
 # Which cases
@@ -255,12 +257,12 @@ def test_shards_share_the_runs_and_merge_to_the_same_results(tmp_path: Path) -> 
     write(whole)
     run_sweep(moduli(*FIVE), parts, shard=Shard(1, 2))
     plan, records = merge_folders([parts])
-    table = sweep_results.rows(plan, records)
+    table = rows(plan, records)
     assert [row["outcome"] for row in table] == ["impact", "missing"] * 2 + ["impact"]
-    assert len(sweep_results.failures(table)) == 2
+    assert len(failures(table)) == 2
     run_sweep(moduli(*FIVE), other, shard=Shard(2, 2))
     plan, records = merge_folders([parts, other])
-    sweep_results.write_results(parts, plan, sweep_results.rows(plan, records))
+    write_results(parts, plan, rows(plan, records))
     assert texts(parts) == texts(whole)
     assert not set(read_journals(parts)) & set(read_journals(other))
     run_sweep(moduli("fabric.E=1kN/m,2kN/m"), other)
@@ -410,15 +412,15 @@ def test_a_logarithmic_range_is_drawn_on_a_logarithmic_axis() -> None:
     designs = moduli("cargo.mass=1kg:10000kg:5:log")
     assert designs.axes == (sweep.Axis("cargo.mass", "kg", log=True),)
     panel = figure.Figure().subplots()
-    sweep_results._Scale(designs.axes[0], [design.values[0] for design in designs.all]).along(panel, "x")
+    _Scale(designs.axes[0], [design.values[0] for design in designs.all]).along(panel, "x")
     assert panel.get_xscale() == "log"
 
 
 def test_a_long_sweep_prints_some_of_its_runs(capsys: pytest.CaptureFixture[str]) -> None:
     runs = tuple(Run(f"{number}", (float(number),)) for number in range(1000))
     plan = sweep.Plan("A sweep", "1", "2", (sweep.Axis("cargo.mass", "kg"),), runs, {})
-    table = sweep_results.rows(plan, {})
-    sweep_results.print_table(plan, table)
+    table = rows(plan, {})
+    print_table(plan, table)
     told = capsys.readouterr().out
     assert "24 of 1000 runs; all are in results.csv" in told
     assert "1000 of 1000 runs have no answer" in told

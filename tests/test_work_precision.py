@@ -17,7 +17,7 @@ from typer.testing import CliRunner
 
 import softbrake as package
 from softbrake.cli.app import app
-from softbrake.report.console import print_work_precision
+from softbrake.report.console.work_precision import print_work_precision
 from softbrake.sim.simulation import Simulation
 from softbrake.studies import work_precision as work_precision_module
 from softbrake.studies.error_control import level
@@ -26,8 +26,8 @@ from softbrake.studies.work_precision import (
     PAPER,
     TOO_FINE,
     UNITS,
+    Measurement,
     Reference,
-    Run,
     Setting,
     WorkPrecision,
     fitted_order,
@@ -44,14 +44,14 @@ BRIEF = ("--set", "time.end=20 ms")
 
 def run(
     cells: int, seconds: float, velocity: float, outcome: str = "impact", courant: float = 0.9, fidelity: str = "full"
-) -> Run:
+) -> Measurement:
     """A made-up run."""
     summary = replace(synthetic_drop.summary(), outcome=outcome, end_time=0.05)
     setting = Setting(fidelity, "edge", courant, cells, 2 * cells)
-    return Run(setting, summary, dict.fromkeys(UNITS, velocity), seconds)
+    return Measurement(setting, summary, dict.fromkeys(UNITS, velocity), seconds)
 
 
-def made_up(*runs: Run, error: float = 0.001) -> WorkPrecision:
+def made_up(*runs: Measurement, error: float = 0.001) -> WorkPrecision:
     """Runs beside a reference of 1 m/s, known to an error."""
     setting = Setting("axisymmetric", "edge", 0.9, 288, 720)
     reference = Reference({"impact_velocity": 1.0}, {"impact_velocity": error}, frozenset({"impact"}), "made up", setting, 0.1)
@@ -145,7 +145,7 @@ def test_all_kernels_of_the_plan_are_compiled_before_the_budget_counts(name: str
     case = package.load_case(CONFIGS / f"{name}.yaml")
     compiled: list[tuple[str, bool]] = []
     monkeypatch.setattr(work_precision_module, "compile_kernels", compiled.extend)
-    work_precision_module._Measurement(WorkPrecision(case), 1.0, lambda done, planned, doing: None)
+    work_precision_module._Campaign(WorkPrecision(case), 1.0, lambda done, planned, doing: None)
     settings = sorted(plan(case), key=lambda setting: setting.generatrix)
     wanted = set()
     for setting in {
@@ -210,7 +210,7 @@ def test_shell_that_crumples_is_compared_with_an_ensemble(monkeypatch: pytest.Mo
     assert not found.runs and len(found.left_out) == len(plan(case))
     monkeypatch.setattr(work_precision_module, "plan", lambda case: [])
     monkeypatch.setattr(
-        work_precision_module._Measurement, "expected", lambda self, setting: 0.0 if setting.generatrix <= 24 else math.inf
+        work_precision_module._Campaign, "expected", lambda self, setting: 0.0 if setting.generatrix <= 24 else math.inf
     )
     reference = work_precision(case, budget=1e6).reference
     assert reference is not None
@@ -222,7 +222,7 @@ def test_shell_that_crumples_is_compared_with_an_ensemble(monkeypatch: pytest.Mo
 
 
 def test_without_a_reference_there_is_no_chart(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(work_precision_module._Measurement, "run", lambda self, setting, seed=0: run(18, 0.1, 0.0, "diverged"))
+    monkeypatch.setattr(work_precision_module._Campaign, "run", lambda self, setting, seed=0: run(18, 0.1, 0.0, "diverged"))
     with pytest.raises(package.Diverged, match="diverges on every grid: there is no reference"):
         work_precision(package.load_case(SCENE), budget=1.0)
 
@@ -231,9 +231,9 @@ def test_runs_of_the_kind_of_the_reference_are_on_coarser_grids(monkeypatch: pyt
     """Full shells share the grid's error with a full reference; axisymmetric shells are another model."""
     case = package.load_case(CONFIGS / "paper.yaml")
     reference = replace(made_up().reference, setting=Setting("full", "edge", 0.9, 36, 90))
-    monkeypatch.setattr(work_precision_module._Measurement, "reference", lambda self: reference)
+    monkeypatch.setattr(work_precision_module._Campaign, "reference", lambda self: reference)
     monkeypatch.setattr(
-        work_precision_module._Measurement, "timed", lambda self, setting: replace(run(9, 0.1, 1.0), setting=setting)
+        work_precision_module._Campaign, "timed", lambda self, setting: replace(run(9, 0.1, 1.0), setting=setting)
     )
     runs = sorted((one.setting for one in work_precision(case, budget=1e6).runs), key=lambda setting: setting.generatrix)
     finest = {setting.fidelity: setting.generatrix for setting in runs if setting.fidelity != "lumped"}
@@ -285,7 +285,7 @@ def test_interrupt_before_the_reference_keeps_an_older_chart(tmp_path: Path, mon
     def reference(self: object) -> Reference:
         raise KeyboardInterrupt
 
-    monkeypatch.setattr(work_precision_module._Measurement, "reference", reference)
+    monkeypatch.setattr(work_precision_module._Campaign, "reference", reference)
     older = tmp_path / "chart.csv"
     older.write_text("older")
     done = CliRunner().invoke(app, ["chart", str(SCENE), "--output", str(tmp_path / "chart.png"), "--quiet"])

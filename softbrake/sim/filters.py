@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from softbrake.core.arrays import Floats
 from softbrake.core.columns import History
-from softbrake.sim.summary import FilteredPeaks, Peak, Phase
+from softbrake.sim.summary import FilteredPeaks, PeakValue, Phase
 
 CORNER = 2.0775  # Hz per class, where one pass has the gain 0.707; both have it at 1.667
 SAMPLES = 100  # in a period of the corner; a mean over one takes 2e-4 off what the corner lets through
@@ -94,10 +94,10 @@ def filtered_peaks(history: Floats, cfc: int, crushing: float, names: list[str])
     return FilteredPeaks(cfc, None, **peaks)
 
 
-def larger(overshoot: Peak, crushing: Peak) -> Peak:
+def larger(overshoot: PeakValue, crushing: PeakValue) -> PeakValue:
     """Return the larger one of the peaks of both phases, with the other in it unless that phase has none, nothing above 0."""
     first, second = (crushing, overshoot) if crushing.value > overshoot.value else (overshoot, crushing)
-    return Peak(first.value, first.time, first.height, first.phase, second if second.value > 0.0 else None)
+    return PeakValue(first.value, first.time, first.height, first.phase, second if second.value > 0.0 else None)
 
 
 def _edges(time: Floats, cfc: float) -> Floats:
@@ -113,13 +113,13 @@ def _filtered_slope(edges: Floats, values: Floats, cfc: float) -> tuple[Floats, 
     return 0.5 * (edges[1:] + edges[:-1]), low_pass(rate * np.diff(values), rate, cfc)
 
 
-def _peak(time: Floats, values: Floats, over: float) -> Peak:
+def _peak(time: Floats, values: Floats, over: float) -> PeakValue:
     """Largest value and its phase; the overshoot ends at the time `over` (s)."""
 
-    def largest(phase: Phase, within: NDArray[np.bool_]) -> Peak:
+    def largest(phase: Phase, within: NDArray[np.bool_]) -> PeakValue:
         if not within.any():
-            return Peak(0.0, 0.0, None, phase)
+            return PeakValue(0.0, 0.0, None, phase)
         at = int(np.argmax(np.where(within, values, -np.inf)))
-        return Peak(max(float(values[at]), 0.0), float(time[at]), None, phase)
+        return PeakValue(max(float(values[at]), 0.0), float(time[at]), None, phase)
 
     return larger(largest("overshoot", time <= over), largest("crushing", time > over))

@@ -33,7 +33,7 @@ from softbrake.sim.summary import (
     FilteredPeaks,
     Inflation,
     ModelUsed,
-    Peak,
+    PeakValue,
     Sensitivities,
     Sensitivity,
     Summary,
@@ -251,9 +251,9 @@ def read_summary(path: Path | str) -> Summary | None:
         return Summary(**text)
 
 
-def _read_peak(text: Mapping[str, Any]) -> Peak:
+def _read_peak(text: Mapping[str, Any]) -> PeakValue:
     other = text.get("other")
-    return Peak(**{**text, "other": None if other is None else _read_peak(other)})
+    return PeakValue(**{**text, "other": None if other is None else _read_peak(other)})
 
 
 def read_inflation(path: Path | str) -> Inflation | None:

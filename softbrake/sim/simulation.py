@@ -45,8 +45,17 @@ from softbrake.sim.filters import COLUMNS, filtered_peaks, larger
 from softbrake.sim.interrupt import held_interrupt
 from softbrake.sim.relax import TOLERANCE, Relaxation, relax
 from softbrake.sim.result_file import ResultFile
-from softbrake.sim.summary import LARGEST_GAIN, FilteredPeaks, ModelUsed, Phase, Summary, Work, doubt_of, fabric_in_words
-from softbrake.sim.summary import Peak as PeakFound
+from softbrake.sim.summary import (
+    LARGEST_GAIN,
+    FilteredPeaks,
+    ModelUsed,
+    PeakValue,
+    Phase,
+    Summary,
+    Work,
+    doubt_of,
+    fabric_in_words,
+)
 
 KERNELS = {"full": advance, "axisymmetric": advance_meridian, "lumped": advance_lumped}
 REFINED: tuple[Fidelity, ...] = ("lumped", "axisymmetric", "full")  # of a run for a tolerance
@@ -356,12 +365,12 @@ class Simulation:
             pressure=pressure_at(self.model.pressure, self.now(History.TIME)),
         )
 
-    def _peak(self, which: Peak) -> PeakFound:
+    def _peak(self, which: Peak) -> PeakValue:
         """Largest value of the run and that of the other phase."""
 
-        def of(phase: Phase, peaks: Floats) -> PeakFound:
+        def of(phase: Phase, peaks: Floats) -> PeakValue:
             value, when, row = (float(part) for part in peaks[which])
-            return PeakFound(value, when, None if which == Peak.DECELERATION else row * self.model.fabric.h1, phase)
+            return PeakValue(value, when, None if which == Peak.DECELERATION else row * self.model.fabric.h1, phase)
 
         if self.now(History.HEIGHT) > self.model.crushing:
             return of("overshoot", self.state.peaks)

@@ -11,14 +11,14 @@ Phase = Literal["overshoot", "crushing"]  # before and after the cover has come 
 
 
 @dataclass(frozen=True)
-class Peak:
+class PeakValue:
     """Largest value of a quantity over the run, when and where."""
 
     value: float
     time: float  # s
     height: float | None = None  # m above the lower cover on the unloaded shell; None for a quantity of the cargo
     phase: Phase | None = None  # None in older result files
-    other: Peak | None = None  # largest of the other phase; None where the run has none
+    other: PeakValue | None = None  # largest of the other phase; None where the run has none
 
 
 @dataclass(frozen=True)
@@ -27,10 +27,10 @@ class FilteredPeaks:
 
     cfc: int
     fault: str | None  # why there are none, else None
-    peak_deceleration: Peak | None = None  # m/s^2, as of Summary
-    peak_tension_generatrix: Peak | None = None  # N/m, of the largest tension of each row; None of a lumped run
-    peak_tension_hoop: Peak | None = None  # N/m; likewise
-    peak_tension_belt: Peak | None = None  # N/m; likewise, and None without belts
+    peak_deceleration: PeakValue | None = None  # m/s^2, as of Summary
+    peak_tension_generatrix: PeakValue | None = None  # N/m, of the largest tension of each row; None of a lumped run
+    peak_tension_hoop: PeakValue | None = None  # N/m; likewise
+    peak_tension_belt: PeakValue | None = None  # N/m; likewise, and None without belts
 
 
 @dataclass(frozen=True)
@@ -84,7 +84,7 @@ class Work:
 
 @dataclass(frozen=True)
 class Trial:
-    """One level and grid that a climb for a tolerance tried."""
+    """One level and grid tried for a tolerance."""
 
     fidelity: str
     generatrix: int
@@ -165,7 +165,7 @@ class Summary:
     peak_tension_generatrix: float | None  # N/m; None of a lumped run, which has no shell
     peak_tension_hoop: float | None  # N/m; likewise
     peak_tension_belt: float | None  # N/m; likewise, and None without belts
-    peaks: dict[str, Peak]  # keys as the four fields above, where they are not None
+    peaks: dict[str, PeakValue]  # keys as the four fields above, where they are not None
     work: Work
     largest_penetration: float  # of folds into one another, over an unloaded cell
     missed_collisions: int  # how often a pair of folds was not kept from passing, in each step; not in the last 1e-5 m

@@ -4,7 +4,7 @@ Axisymmetric shells cost milliseconds, so neighbouring grids of theirs tell what
 grids, disturbed as sewing and handling leave them, tell whether the shell stays round and by how much the answer departs from
 that of a round one. Where it does not stay round, the answer is the mean of an ensemble of full shells, and its bar holds 19 of
 20 drops.
-What was tried stands in the table of rungs. Budgets are CPU seconds, so that no answer hangs on what else a machine does.
+What was tried stands in the table of trials. Budgets are CPU seconds, so that no answer hangs on what else a machine does.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ from softbrake.sim.simulation import CLOCK, REFINED, Diverged, Progress, Simulat
 from softbrake.sim.summary import Ensemble, Summary, Trial
 from softbrake.studies.convergence import Estimate, estimate_of_neighbours, prediction
 
-COURANT = 0.9  # where runs are to be compared at one; a climb takes `auto`
+COURANT = 0.9  # where runs are to be compared at one; a refinement takes `auto`
 BUDGET = 60.0  # CPU s
 CELLS = (9.0, 10.8, 13.0, 15.6, 18.7)  # in a radius, of the first axisymmetric grids; 1.2 times as many from one to the next
 FINER = 1.2
@@ -52,15 +52,15 @@ SHOTS = 50  # looks at how round a shell is
 
 @dataclass(frozen=True)
 class Refined:
-    """Where the climb ended."""
+    """Where the refinement ended."""
 
     case: Case  # of the level and grid chosen
-    summary: Summary  # of its run, with velocity, peaks, errors, reason, rungs and wall seconds of the climb
+    summary: Summary  # of its run, with velocity, peaks, errors, reason, trials and wall seconds of the refinement
     seed: int = 0  # of the run's disturbance, see `disturbance`; 0 for none
 
 
 class Interrupted(KeyboardInterrupt):
-    """Ctrl-C during a climb that has an answer already; `found` holds it, with outcome "interrupted"."""
+    """Ctrl-C during a refinement that has an answer already; `found` holds it, with outcome "interrupted"."""
 
     def __init__(self, found: Refined) -> None:
         super().__init__()
@@ -68,7 +68,7 @@ class Interrupted(KeyboardInterrupt):
 
 
 class CutOff(Exception):
-    """A run of a climb met `time.end` above the ground: it has no answer."""
+    """A run of a refinement met `time.end` above the ground: it has no answer."""
 
     def __init__(self, case: Case, summary: Summary) -> None:
         super().__init__(f"the run ends before impact, at time.end = {case.time.end:g} s, and has no answer; raise time.end")
@@ -79,7 +79,7 @@ def refine(case: Case, tolerance: float, budget: float = BUDGET, report: Callabl
     """Find the cheapest level and grid whose impact velocity is within a tolerance, relative. The Courant number is `auto`.
 
     budget (CPU s): no run is begun that would take more, from what the last one took, but for the first of each level. report:
-    told each rung as it is done. Raises Interrupted at Ctrl-C once there is an answer, Diverged where no grid of the level wanted
+    told each trial when done. Raises Interrupted at Ctrl-C once there is an answer, Diverged where no grid of the level wanted
     has one.
     """
     return _Refinement(case, tolerance, budget, report).refine()
@@ -98,7 +98,7 @@ def run(
 
     A case with a tolerance, or with `model.fidelity: auto`, is refined first; `trials` and `impact_velocity_error` of the answer
     then say how far it got, and the result file holds one run of the level chosen: of an ensemble the member nearest the answer.
-    Else `with_error_bar` asks for three coarser neighbours. Ctrl-C during a climb, or while its result file is written, gives
+    Else `with_error_bar` asks for three coarser neighbours. Ctrl-C in a refinement, or while its result file is written, gives
     outcome "interrupted" and what was found. Warns (LongStep) of a `time.courant` above 1. Other arguments and errors as of
     `refine` and `simulate`; ValueError where a grid is too coarse for neighbours.
     """
@@ -129,7 +129,7 @@ def _kept(file: ResultFile | None, answer: Summary) -> Summary:
 
 
 def _write(found: Refined, results: str | Path, progress: Callable[[Progress], None] | None) -> Summary:
-    """Run the drop of a climb once more for the result file, disturbed as it was."""
+    """Run the drop of a refinement once more for the result file, disturbed as it was."""
     answer = found.summary
     disturbed = (disturbance(found.case, found.seed), found.seed) if found.seed else None
     try:
@@ -145,7 +145,7 @@ def _write(found: Refined, results: str | Path, progress: Callable[[Progress], N
 
 
 def reached(case: Case, summary: Summary) -> bool:
-    """Whether the answer of a climb is within the case's tolerance, if it names one."""
+    """Whether the answer of a refinement is within the case's tolerance, if it names one."""
     return (
         case.tolerance is None
         or not case.insists
@@ -161,13 +161,13 @@ def allowed(tolerance: float, speed: float, free_fall: float) -> float:
     return tolerance * max(speed, LEAST_SPEED * free_fall)
 
 
-def _with_errors(summary: Summary, climbed: Summary) -> Summary:
+def _with_errors(summary: Summary, refined: Summary) -> Summary:
     """A run of the level chosen, with the answer found before; filtered peaks are those of the run."""
     if summary.outcome == "interrupted":
         return summary
-    wall_seconds = climbed.wall_seconds + summary.wall_seconds
+    wall_seconds = refined.wall_seconds + summary.wall_seconds
     return replace(
-        climbed,
+        refined,
         results=summary.results,
         wall_seconds=wall_seconds,
         kernel_seconds=summary.kernel_seconds,
@@ -193,7 +193,7 @@ def disturbance(case: Case, seed: int) -> float:
 
 @dataclass(frozen=True)
 class _Run:
-    """One run of a climb."""
+    """One run of a refinement."""
 
     case: Case
     summary: Summary

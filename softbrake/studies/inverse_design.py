@@ -73,7 +73,7 @@ class Target:
 
 
 @dataclass(frozen=True)
-class Point:
+class DesignPoint:
     """One value that was tried."""
 
     value: float  # SI unit of the path
@@ -87,17 +87,17 @@ class Point:
 
 
 @dataclass(frozen=True)
-class Design:
+class DesignAnswer:
     """The value found: of the two ends of the last bracket the one whose answer does not exceed the target."""
 
     value: float  # SI unit of the path
     bracket: tuple[float, float]
     error: float | None  # of the value: numerical error of the score over its slope, and the bracket; None without one
     basis: str  # what the error rests on
-    summary: Summary  # at the value; that of the climb there, where the case asks for a tolerance
-    points: list[Point]  # all that was tried, in the order of the values
+    summary: Summary  # at the value; that of the refinement there, where the case asks for a tolerance
+    points: list[DesignPoint]  # all that was tried, in the order of the values
     others: int  # how often else the answer crosses the target in the range
-    missed: str = ""  # what the climb at the value gives, where that is off the target by more than all errors
+    missed: str = ""  # what the refinement at the value gives, where that is off the target by more than all errors
 
 
 @dataclass(frozen=True)
@@ -111,7 +111,7 @@ class Question:
     target: Target
     low: float
     high: float
-    check: Callable[[float], Refined] | None  # climbs the case with a value, where it asks for a tolerance
+    check: Callable[[float], Refined] | None  # refines the case with a value, where it asks for a tolerance
 
 
 def ask(
@@ -124,7 +124,7 @@ def ask(
 ) -> Question:
     """Return the question about a case file: `between` is LOW:HIGH, by default a third to three times the value of the case.
 
-    That of `pressure.value` is the mean pressure of section 2.2, for a sine its largest one. A case with a tolerance is climbed
+    That of `pressure.value` is the mean pressure of section 2.2, for a sine its largest one. A case with a tolerance is refined
     (`budget` s, `report`) for the level and the grid to search on, and once more at the value found, which may be another scene.
     Raises ValueError for texts that are no question.
     """
@@ -214,16 +214,16 @@ def piston(case: Case) -> tuple[FullStop, list[tuple[float, Summary]]]:
     return stop, tried
 
 
-def find(question: Question, report: Callable[[Point], None] | None = None) -> Design:
+def find(question: Question, report: Callable[[DesignPoint], None] | None = None) -> DesignAnswer:
     """Find the lowest value of the range that brings the answer to its target.
 
     report: told each value tried. The range is looked at in POINTS places, so that a value
     where the run diverges, or an answer that rises and falls again, does not mislead the search. Raises NotReached.
     """
     target, low, high = question.target, question.low, question.high
-    points: list[Point] = []
+    points: list[DesignPoint] = []
 
-    def attempt(values: Sequence[float]) -> list[Point]:
+    def attempt(values: Sequence[float]) -> list[DesignPoint]:
         tried = _tried(question.load, target, values)
         points.extend(tried)
         for point in tried:
@@ -234,10 +234,10 @@ def find(question: Question, report: Callable[[Point], None] | None = None) -> D
     ratio = high / low if low > 0.0 else math.inf
     steps = [k / (POINTS - 1) for k in range(POINTS)]
     scan = attempt([low * ratio**share if ratio < math.inf else low + share * (high - low) for share in steps])
-    missed_collisions = [(a, b) for a, b in pairwise(scan) if _across(a, b)]
-    if not missed_collisions:
+    crossings = [(a, b) for a, b in pairwise(scan) if _across(a, b)]
+    if not crossings:
         raise NotReached(_missed(scan, target))
-    first, second = _close_in(lambda value: attempt([value])[0], *missed_collisions[0])
+    first, second = _close_in(lambda value: attempt([value])[0], *crossings[0])
     scores = [point.score for point in scan if point.score is not None]
     if abs((first.score or 0.0) - (second.score or 0.0)) > JUMP * (max(scores) - min(scores)):
         raise NotReached(
@@ -246,20 +246,20 @@ def find(question: Question, report: Callable[[Point], None] | None = None) -> D
         )
     best = min((first, second), key=lambda point: point.score or 0.0)
     assert best.summary is not None
-    slope = _slope(*attempt([best.value * (1 - NUDGE), best.value * (1 + NUDGE)])) or _slope(*missed_collisions[0])
+    slope = _slope(*attempt([best.value * (1 - NUDGE), best.value * (1 + NUDGE)])) or _slope(*crossings[0])
     numerical, basis = _numerical_error(question.load(best.value), target, best.summary)
     bracket = (min(first.value, second.value), max(first.value, second.value))
     error = None if numerical is None else numerical / abs(slope) + bracket[1] - bracket[0]
     points.sort(key=lambda point: point.value)
     if question.check is None:
-        return Design(best.value, bracket, error, basis, best.summary, points, len(missed_collisions) - 1)
+        return DesignAnswer(best.value, bracket, error, basis, best.summary, points, len(crossings) - 1)
     checked = question.check(best.value)
     missed = _missed_by(checked, target, abs(slope) * (error or 0.0))
-    return Design(best.value, bracket, error, basis, checked.summary, points, len(missed_collisions) - 1, missed)
+    return DesignAnswer(best.value, bracket, error, basis, checked.summary, points, len(crossings) - 1, missed)
 
 
 def _missed_by(checked: Refined, target: Target, error: float) -> str:
-    """What a climb gives, in words, where its score is off 0 by more than its own error and that of the search (of the score)."""
+    """In words what a refinement gives where its score is off 0 by more than its error and that of the search (of the score)."""
     summary = checked.summary
     score, own = target.score(checked.case, summary), (summary.peak_errors or {}).get(target.name) or 0.0
     if target.name == "impact_velocity":
@@ -276,30 +276,30 @@ def answer(summary: Summary, target: Target) -> str:
     return f"{value:.5g} {TARGETS[target.name].unit}"
 
 
-def _tried(load: Callable[[float], Case], target: Target, values: Sequence[float]) -> list[Point]:
+def _tried(load: Callable[[float], Case], target: Target, values: Sequence[float]) -> list[DesignPoint]:
     cases = [load(value) for value in values]
     tried = []
     for value, case, (summary, fault, _) in zip(values, cases, run_batch(cases), strict=True):
         if fault is not None or summary is None:
-            tried.append(Point(value, None, None, fault or ""))
+            tried.append(DesignPoint(value, None, None, fault or ""))
             continue
         try:
-            tried.append(Point(value, summary, target.score(case, summary)))
+            tried.append(DesignPoint(value, summary, target.score(case, summary)))
         except ValueError as none:
-            tried.append(Point(value, summary, None, str(none)))
+            tried.append(DesignPoint(value, summary, None, str(none)))
     return tried
 
 
-def _across(a: Point, b: Point) -> bool:
+def _across(a: DesignPoint, b: DesignPoint) -> bool:
     return a.score is not None and b.score is not None and (a.score > 0.0) != (b.score > 0.0)
 
 
-def _slope(a: Point, b: Point) -> float:
+def _slope(a: DesignPoint, b: DesignPoint) -> float:
     """Change of the score per unit of the value; 0 where it is not known."""
     return 0.0 if a.score is None or b.score is None else (b.score - a.score) / (b.value - a.value)
 
 
-def _close_in(attempt: Callable[[float], Point], a: Point, b: Point) -> tuple[Point, Point]:
+def _close_in(attempt: Callable[[float], DesignPoint], a: DesignPoint, b: DesignPoint) -> tuple[DesignPoint, DesignPoint]:
     """Narrow a bracket to WIDTH: inverse quadratic interpolation where it is safe, else halves. Chandrupatla, 1997."""
     share = 0.5
     while True:
@@ -334,7 +334,7 @@ def _numerical_error(case: Case, target: Target, summary: Summary) -> tuple[floa
     return error, "four grids beside one another, and the last bracket"
 
 
-def _missed(scan: Sequence[Point], target: Target) -> str:
+def _missed(scan: Sequence[DesignPoint], target: Target) -> str:
     ends = "; ".join(f"at {point.value:.6g}: {point.in_words(target)}" for point in (scan[0], scan[-1]))
     known = [point for point in scan if point.score is not None]
     late = sum("neither impact nor stop" in point.fault for point in scan)

@@ -31,7 +31,7 @@ Axis = tuple[str, Sequence[str]]  # path of a key of the case, and values as a f
 
 
 @dataclass(frozen=True)
-class Point:
+class MapPoint:
     """One case of a map."""
 
     values: tuple[str, ...]  # of the axes
@@ -80,8 +80,8 @@ def read_axis(text: str) -> Axis:
 
 
 def survey(
-    load: Callable[[Sequence[str]], Case], axes: Sequence[Axis], report: Callable[[Point], None] | None = None
-) -> list[Point]:
+    load: Callable[[Sequence[str]], Case], axes: Sequence[Axis], report: Callable[[MapPoint], None] | None = None
+) -> list[MapPoint]:
     """Find the stable step at every combination of the axes' values; load gives the case for overrides of its keys."""
     points = []
     for values in product(*(given for _, given in axes)):
@@ -92,12 +92,12 @@ def survey(
     return points
 
 
-def find_limit(case: Case) -> Point:
+def find_limit(case: Case) -> MapPoint:
     """Inflate the shell of a case by the largest pressure of its law, and bisect for the largest stable step."""
     pressure = case.pressure.steady(case.pressure.largest)
     # Inflated with steps below any limit; the bound then stands for the state, whatever the case's coefficient.
     drop = Simulation(replace(case, initial="unloaded", pressure=pressure, time=replace(case.time, courant=LOW)))
-    none = Point((), np.nan, np.nan, (), case.time.courant)
+    none = MapPoint((), np.nan, np.nan, (), case.time.courant)
     try:
         drop.inflate()
     except NotInflated:
@@ -154,7 +154,7 @@ def _is_stable(drop: Simulation, courant: float, steps: int, interrupted: Callab
     return True
 
 
-def edge_in_words(point: Point) -> str:
+def edge_in_words(point: MapPoint) -> str:
     """How far the case's own setting is from the edge."""
     if not np.isfinite(point.predicted):
         return "no stable step is defined: the shell finds no shape of rest"
@@ -168,7 +168,7 @@ def edge_in_words(point: Point) -> str:
     )
 
 
-def write_csv(points: Sequence[Point], axes: Sequence[Axis], path: Path) -> None:
+def write_csv(points: Sequence[MapPoint], axes: Sequence[Axis], path: Path) -> None:
     """Write a row per point; what was not found is left empty."""
     with path.open("w", newline="", encoding="utf-8") as file:
         rows = csv.writer(file)

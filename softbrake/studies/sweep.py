@@ -1,6 +1,6 @@
 """Many drops of one case file: what is to run, a journal of what has run, and where it runs.
 
-A sweep's folder holds plan.json (axes and runs), a journal that grows by a line a run, and what `sweep_results` makes of them. A
+A sweep's folder holds plan.json (axes and runs), a journal that grows by a line a run, and what `results_csv` makes of them. A
 run is known by a hash of its resolved case and of the program, so whoever starts the same sweep again, after a kill or with more
 values, runs only what no journal has. Shards write journals of their own into the same folder, or into others, to be merged.
 """

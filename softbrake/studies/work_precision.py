@@ -110,7 +110,7 @@ PAPER = Setting("full", "edge", 0.02, 36, 90)
 
 
 @dataclass(frozen=True)
-class Run:
+class Measurement:
     """One drop."""
 
     setting: Setting
@@ -152,36 +152,36 @@ class WorkPrecision:
 
     case: Case
     reference: Reference | None = None  # None where it was interrupted
-    reference_runs: list[Run] = field(default_factory=list)
-    runs: list[Run] = field(default_factory=list)
+    reference_runs: list[Measurement] = field(default_factory=list)
+    runs: list[Measurement] = field(default_factory=list)
     left_out: list[tuple[Setting, float | str]] = field(default_factory=list)  # and the seconds it may take, or why else
     interrupted: bool = False
 
-    def failure(self, run: Run) -> str | None:
+    def failure(self, run: Measurement) -> str | None:
         """Say how a run ended, if not as the reference does."""
         if self.reference is None or run.summary.outcome in self.reference.outcomes:
             return None
         verb = "diverged" if run.summary.outcome == "diverged" else f"ends otherwise ({run.summary.outcome.replace('_', ' ')})"
         return f"{verb} at {run.summary.end_time:.4g} s"
 
-    def error(self, run: Run, name: str) -> float:
+    def error(self, run: Measurement, name: str) -> float:
         """Return the relative deviation of a run from the reference; inf where it failed."""
         if self.reference is None or self.failure(run) is not None:
             return math.inf
         return abs(run.values[name] - self.reference.values[name]) / self.reference.scale(name)
 
-    def ranked(self, run: Run, name: str) -> float:
+    def ranked(self, run: Measurement, name: str) -> float:
         """Return the error of a run, that of the reference where it is smaller: what lies below is not ranked."""
         return math.inf if self.reference is None else max(self.error(run, name), self.reference.error(name))
 
-    def front(self, name: str) -> list[Run]:
+    def front(self, name: str) -> list[Measurement]:
         """Return the runs that no other beats in both time and error, cheapest first; gas alone is for comparison only."""
         runs = [run for run in self.runs if run.setting.fidelity != "lumped"]
         return [runs[k] for k in pareto([(run.seconds, self.ranked(run, name)) for run in runs])]
 
-    def families(self) -> dict[tuple[str, str, float], list[Run]]:
+    def families(self) -> dict[tuple[str, str, float], list[Measurement]]:
         """Return the runs by family, coarse to fine; that of the paper's grid only where its cells are shaped as the case's."""
-        found: dict[tuple[str, str, float], list[Run]] = {}
+        found: dict[tuple[str, str, float], list[Measurement]] = {}
         alike = PAPER.hoop == _hoop(self.case, PAPER.fidelity, PAPER.generatrix)
         for run in sorted(self.runs, key=lambda run: run.setting.generatrix):
             if run.setting == PAPER and not alike:
@@ -207,7 +207,7 @@ class WorkPrecision:
             lines.append(f"{who}: {', '.join(str(n1) for n1 in sorted({n1 for n1, _ in grids}))} cells, {reason}")
         return lines
 
-    def order(self, family: Sequence[Run], name: str) -> float | None:
+    def order(self, family: Sequence[Measurement], name: str) -> float | None:
         """Return the fitted order of a family's errors, as far as they stand out from that of the reference."""
         if self.reference is None:
             return None
@@ -215,7 +215,7 @@ class WorkPrecision:
             [run.setting.generatrix for run in family], [self.error(run, name) for run in family], self.reference.error(name)
         )
 
-    def recommended(self, name: str, tolerance: float) -> Run | None:
+    def recommended(self, name: str, tolerance: float) -> Measurement | None:
         """Return the cheapest run that is within the tolerance, as all finer ones of its family are; None without such.
 
         At least one finer run must confirm it, so gas alone, which knows no grid, never is. The reference's error counts as well.
@@ -264,7 +264,7 @@ def values_of(case: Case, summary: Summary) -> dict[str, float]:
     }
 
 
-def _one_event(runs: Sequence[Run], name: str) -> bool:
+def _one_event(runs: Sequence[Measurement], name: str) -> bool:
     """Whether a peak is the same event in all runs: their times lie within 1 % of the drop of each other."""
     if not name.startswith("peak_"):
         return True
@@ -306,7 +306,7 @@ def work_precision(case: Case, budget: float = BUDGET, report: Callable[[int, in
     """
     found = WorkPrecision(case)
     try:
-        _Measurement(found, budget, report or (lambda done, planned, doing: None)).fill()
+        _Campaign(found, budget, report or (lambda done, planned, doing: None)).fill()
     except KeyboardInterrupt:
         found.interrupted = True
         done = {run.setting for run in found.runs} | {setting for setting, _ in found.left_out}
@@ -314,7 +314,7 @@ def work_precision(case: Case, budget: float = BUDGET, report: Callable[[int, in
     return found
 
 
-class _Measurement:
+class _Campaign:
     def __init__(self, found: WorkPrecision, budget: float, report: Callable[[int, int, str], None]) -> None:
         self.found, self.case, self.report = found, found.case, report
         self.settings = plan(self.case)
@@ -356,7 +356,7 @@ class _Measurement:
             default=0.0,
         )
 
-    def timed(self, setting: Setting) -> Run:
+    def timed(self, setting: Setting) -> Measurement:
         """One run of the plan, a short one three times."""
         run = self.run(setting)
         if run.seconds < REPEATED:
@@ -364,7 +364,7 @@ class _Measurement:
             run = replace(run, seconds=seconds)
         return run
 
-    def run(self, setting: Setting, seed: int = 0) -> Run:
+    def run(self, setting: Setting, seed: int = 0) -> Measurement:
         """A drop, disturbed by the size of a seed, 1 and up."""
         drop = Simulation(setting.apply(self.case))
         size = SEEDS[seed - 1] if seed else 0.0
@@ -377,9 +377,9 @@ class _Measurement:
         if summary.outcome == "interrupted":
             raise KeyboardInterrupt
         self.costs.append((setting, summary.wall_seconds))
-        return Run(setting, summary, values_of(self.case, summary), summary.kernel_seconds, size)
+        return Measurement(setting, summary, values_of(self.case, summary), summary.kernel_seconds, size)
 
-    def refer(self, setting: Setting, seed: int = 0) -> Run:
+    def refer(self, setting: Setting, seed: int = 0) -> Measurement:
         """A run of the reference; it is kept."""
         self.report(0, self.planned, f"reference, {setting}")
         run = self.run(setting, seed)
@@ -433,7 +433,7 @@ class _Measurement:
         Where the three tell no order, or their peaks are different events, the range of these three and those beside instead.
         """
         cells = max(GRIDS[2], least_cells(self.case))
-        runs: list[Run] = []
+        runs: list[Measurement] = []
         for _ in range(DOUBLINGS):
             run = self.refer(Setting("axisymmetric", "edge", COURANT, cells, ROUND))
             runs = [*runs, run] if run.summary.outcome != "diverged" else []
@@ -459,7 +459,7 @@ class _Measurement:
         """The mean of disturbed full shells; its error is twice their scatter and the larger of its last two moves by grid."""
         cells = float(max(16, least_cells(self.case)))
         means: list[dict[str, float]] = []
-        last: list[Run] = []
+        last: list[Measurement] = []
         while True:
             n1 = round(cells)
             setting = Setting("full", "edge", COURANT, n1, _hoop(self.case, "full", n1))
@@ -487,7 +487,7 @@ class _Measurement:
         return self.made(means[-1], errors, last, basis, setting)
 
     def made(
-        self, values: dict[str, float], errors: dict[str, float], runs: Sequence[Run], basis: str, setting: Setting
+        self, values: dict[str, float], errors: dict[str, float], runs: Sequence[Measurement], basis: str, setting: Setting
     ) -> Reference:
         """The reference of those quantities that are there and are not zero."""
         outcomes = frozenset(run.summary.outcome for run in runs)

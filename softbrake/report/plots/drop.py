@@ -8,6 +8,18 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from softbrake.report.plots import panels
+from softbrake.report.plots.style import (
+    CARGO_COLOUR,
+    COVER_COLOUR,
+    GREY,
+    GROUND_COLOUR,
+    INK,
+    STYLE,
+    PlotError,
+    load_matplotlib,
+    save,
+)
 from softbrake.sim.result_file import (
     Snapshots,
     belt_rows,
@@ -19,11 +31,8 @@ from softbrake.sim.result_file import (
 )
 
 if TYPE_CHECKING:
-    from matplotlib.axes import Axes
     from matplotlib.figure import Figure
-from softbrake.report.plots.style import BLUE, GREEN, GREY, INK, ORANGE, RED, STYLE, PlotError, load_matplotlib, save
 
-CARGO_COLOUR, COVER_COLOUR, GROUND_COLOUR = "#b98b57", "#4a4f57", "#dfe2e4"
 TENSION_COLOURS = ["#f6f1e4", "#f4cf8c", "#e98a48", "#c23a33", "#6d1330"]
 
 
@@ -60,20 +69,10 @@ def result_figure(path: Path | str, dimensionless: bool = False) -> Figure:
         left, right = parts
         _draw_profiles(left.subplots(3, 2, sharex=True, sharey=True), case, shots)
         speed, brake, tension, energy = axes = right.subplots(4, 1, sharex=True)
-        time = history["time"] * 1e3
-        _draw_speed(speed, case, history, summary)
-        brake.plot(time, history["acceleration"] / case["gravity"] if case["gravity"] else history["acceleration"], color=RED)
-        brake.set(title="Deceleration of the cargo", ylabel="g" if case["gravity"] else "m/s²")
-        for name, label, colour in (
-            ("tension_generatrix", "generatrix", BLUE),
-            ("tension_hoop", "hoop", ORANGE),
-            ("tension_belt", "belt", GREEN),
-        ):
-            if case["model"]["fidelity"] != "lumped" and (name != "tension_belt" or case["belts"]):
-                tension.plot(time, history[name] / scale, color=colour, label=label)
-        none = " (a lumped run has no shell)" if case["model"]["fidelity"] == "lumped" else ""
-        tension.set(title=f"Largest tensions{none}", ylabel=unit)
-        _draw_energy(energy, history)
+        panels.draw_speed(speed, case, history, summary)
+        panels.draw_deceleration(brake, history, case["gravity"])
+        panels.draw_tensions(tension, case, history, scale, unit)
+        panels.draw_energy(energy, history)
         for panel in axes:
             panel.margins(x=0.0)
             panel.axhline(0.0, color=GREY, linewidth=0.6, zorder=0)
@@ -92,7 +91,7 @@ def drop_figure(path: Path | str, instants: int = 4) -> Figure:
     if len(shots.times) == 0:
         raise PlotError(f"{path}: the run stopped before it recorded anything")
     tension = shots.fields["tension_hoop"] * 1e-3
-    chosen = moments(shots, instants)
+    chosen = panels.moments(shots, instants)
     limit = float(np.percentile(tension[chosen], 99.5))
     limit = limit if limit > 0.0 else 1.0
     colours = mpl.colors.LinearSegmentedColormap.from_list("tension", TENSION_COLOURS)
@@ -124,6 +123,25 @@ def drop_figure(path: Path | str, instants: int = 4) -> Figure:
     return figure
 
 
+def _draw_profiles(axes: NDArray[Any], case: dict[str, Any], shots: Snapshots) -> None:
+    """Cuts at as many instants as there are panels, in rows."""
+    chosen = panels.moments(shots, axes.size)
+    for panel, shot in zip(axes.flat, chosen, strict=False):
+        panels.draw_profile(panel, case, shots, shot)
+        panel.set_title(panels.when(shots, shot), fontweight="normal")
+        radius = case["shell"]["diameter"] / 2
+        panel.set(aspect="equal", **panels.view(case, shots, chosen))
+        panel.set_xticks(np.round([-radius, 0.0, radius], 6))
+        panel.grid(False)
+    axes[0, 0].legend(loc="upper right", borderpad=0.0, handlelength=1.0, borderaxespad=0.0)
+    for panel in axes[-1]:
+        panel.set_xlabel("r, m")
+    for panel in axes[:, 0]:
+        panel.set_ylabel("z, m")
+    for panel in axes.flat[len(chosen) :]:
+        panel.set_axis_off()
+
+
 def _headline(case: dict[str, Any], summary: Any) -> str:
     if summary is None:
         answer = "unfinished run"
@@ -132,85 +150,6 @@ def _headline(case: dict[str, Any], summary: Any) -> str:
     else:
         answer = f"{summary.outcome.replace('_', ' ')}, no impact"
     return f"{case['title']}\n{answer}"
-
-
-def moments(shots: Snapshots, count: int) -> list[int]:
-    """Indices of at most `count` snapshots, evenly spaced in time, first and last among them; none that a divergence spoilt."""
-    sound = np.flatnonzero(np.isfinite(shots.xyz).all(axis=(1, 2, 3)))
-    times = shots.times[sound]
-    return sorted({int(sound[np.argmin(np.abs(times - time))]) for time in np.linspace(times[0], times[-1], count)})
-
-
-def cut(shots: Snapshots, shot: int) -> list[tuple[NDArray[Any], NDArray[Any]]]:
-    """Radius (m, negative on the left) and height (m) of column 0 of a snapshot and of the column opposite, each (n1+1,)."""
-    sides = []
-    for column, side in ((0, 1.0), (shots.xyz.shape[2] // 2, -1.0)):
-        outward = shots.xyz[0, 0, column, :2] / np.hypot(*shots.xyz[0, 0, column, :2])
-        sides.append((side * (shots.xyz[shot, :, column, :2] @ outward), shots.xyz[shot, :, column, 2]))
-    return sides
-
-
-def _draw_profiles(panels: NDArray[Any], case: dict[str, Any], shots: Snapshots) -> None:
-    """The cut through column 0 and the opposite one, at six instants."""
-    n2 = case["grid"]["hoop"]
-    rows = belt_rows([belt["height"] for belt in case["belts"]], case["shell"]["height"], case["grid"]["generatrix"])
-    radius, box = case["shell"]["diameter"] / 2, case["cargo"]["diameter"]
-    top = min(case["cargo"].get("height", np.inf), 0.48 * case["shell"]["diameter"])  # of the cargo, as far as there is room
-    chosen = moments(shots, panels.size)
-    reach = 1.1 * max(radius * 1.6, float(np.abs(shots.xyz[chosen][..., [0, n2 // 2], :2]).max()))
-    for panel, shot in zip(panels.flat, chosen, strict=False):
-        for side, (r, z) in zip((1.0, -1.0), cut(shots, shot), strict=True):
-            panel.plot(r, z, color=BLUE, linewidth=1.3, label="shell" if side > 0 else None)
-            panel.plot(r[rows], z[rows], "o", color=GREEN, markersize=3.5, label="belts" if side > 0 and rows else None)
-        height = shots.height[shot]
-        panel.fill_between([-box / 2, box / 2], height, height + top, facecolor=CARGO_COLOUR, edgecolor=INK, linewidth=0.8)
-        panel.plot([-radius, radius], [height, height], color=INK, linewidth=2.0, solid_capstyle="butt")
-        panel.axhspan(-0.08 * case["shell"]["height"], 0.0, color=GROUND_COLOUR, linewidth=0)
-        panel.axhline(0.0, color=INK, linewidth=0.8)
-        panel.set_title(
-            f"{shots.times[shot] * 1e3:.1f} ms   {round(-shots.velocity[shot], 2) + 0.0:.2f} m/s", fontweight="normal"
-        )
-        panel.set(
-            aspect="equal",
-            xlim=(-reach, reach),
-            ylim=(-0.08 * case["shell"]["height"], shots.height[0] + 0.57 * case["shell"]["diameter"]),
-        )
-        panel.set_xticks(np.round([-radius, 0.0, radius], 6))
-        panel.grid(False)
-    panels[0, 0].legend(loc="upper right", borderpad=0.0, handlelength=1.0, borderaxespad=0.0)
-    for panel in panels[-1]:
-        panel.set_xlabel("r, m")
-    for panel in panels[:, 0]:
-        panel.set_ylabel("z, m")
-    for panel in panels.flat[len(chosen) :]:
-        panel.set_axis_off()
-
-
-def _draw_speed(axes: Axes, case: dict[str, Any], history: NDArray[Any], summary: Any) -> None:
-    """Downward speed, with free fall down to the ground beside it."""
-    time = history["time"]
-    start, gravity, drop = case["cargo"]["velocity"], case["gravity"], case["shell"]["height"]
-    landing = (np.sqrt(start**2 + 2 * gravity * drop) - start) / gravity if gravity else drop / start
-    falling = np.linspace(0.0, min(landing, time[-1]), 50)
-    axes.plot(time * 1e3, -history["velocity"], color=BLUE, label="cargo")
-    axes.plot(falling * 1e3, start + gravity * falling, color=GREY, linestyle="--", label="free fall")
-    if summary is not None and summary.impact_velocity is not None:
-        axes.plot([summary.impact_time * 1e3], [summary.impact_velocity], "o", color=RED, label="impact", clip_on=False)
-    axes.set(title="Speed of the cargo, downwards", ylabel="m/s")
-
-
-def _draw_energy(axes: Axes, history: NDArray[Any]) -> None:
-    """Kinetic energy and what changed it since the start."""
-    time = history["time"] * 1e3
-    axes.plot(time, history["kinetic_energy"] * 1e-3, color=INK, label="kinetic energy")
-    for label, colour, names in (
-        ("work of gas", ORANGE, ("pressure",)),
-        ("work of gravity", GREEN, ("gravity",)),
-        ("work of fabric, belts", BLUE, ("elastic", "viscous", "belts")),
-        ("work of contact", GREY, ("ground", "contact")),
-    ):
-        axes.plot(time, sum(history[f"work_{name}"] for name in names) * 1e-3, color=colour, label=label)
-    axes.set(title="Energy", ylabel="kJ")
 
 
 _AZIMUTH, _ELEVATION = np.radians(25.0), np.radians(16.0)

@@ -10,10 +10,10 @@ from typing import Any
 import numpy as np
 
 from softbrake.report.plots.style import BLUE, GREEN, GREY, INK, RED, STYLE, load_matplotlib, save
-from softbrake.studies.stability_map import Axis, Point
+from softbrake.studies.stability_map import Axis, MapPoint
 
 
-def draw_map(points: Sequence[Point], axes: Sequence[Axis], picture: Path) -> None:
+def draw_map(points: Sequence[MapPoint], axes: Sequence[Axis], picture: Path) -> None:
     """Draw the steps tried over the values of the first axis, stable or not, with the predicted ones; a panel for each other.
 
     Raises PlotError.
@@ -40,7 +40,7 @@ def draw_map(points: Sequence[Point], axes: Sequence[Axis], picture: Path) -> No
         save(figure, picture)
 
 
-def _draw_panel(panel: Any, points: Sequence[Point], ticks: Sequence[str]) -> None:
+def _draw_panel(panel: Any, points: Sequence[MapPoint], ticks: Sequence[str]) -> None:
     place = {value: where for where, value in enumerate(ticks)}
     where = np.array([place[point.values[0]] for point in points])
     for kind, label, colour, marker in ((True, "stable", GREEN, "o"), (False, "unstable", RED, "x")):

@@ -9,6 +9,8 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 INK, BLUE, ORANGE, GREEN, RED, GREY = "#222222", "#1f6fb4", "#e07b00", "#2e8b57", "#c0392b", "#8a8f98"
+SOFT, LINE = "#5b636c", "#d9dde1"  # of lesser text and of rules, on pages
+CARGO_COLOUR, COVER_COLOUR, GROUND_COLOUR = "#b98b57", "#4a4f57", "#dfe2e4"
 STYLE = {
     "font.size": 9.0,
     "axes.titlesize": 9.5,

@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from softbrake.report.plots.style import BLUE, GREY, INK, ORANGE, RED, STYLE, load_matplotlib, save
-from softbrake.studies.work_precision import COURANTS, PAPER, UNITS, Run, WorkPrecision, model_in_words
+from softbrake.studies.work_precision import COURANTS, PAPER, UNITS, Measurement, WorkPrecision, model_in_words
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -65,7 +65,7 @@ def _limits(found: WorkPrecision, name: str) -> tuple[float, float]:
     return 100.0 * max(finite, 1e-9) / 3.0, 100.0 * 3.0 * max([*errors, 3.0 * finite, 1e-8])
 
 
-def _shown(found: WorkPrecision, run: Run, name: str) -> float:
+def _shown(found: WorkPrecision, run: Measurement, name: str) -> float:
     """Error (%) as drawn: not below the axis; at its top where the run failed."""
     bottom, top = _limits(found, name)
     error = found.error(run, name)
@@ -121,7 +121,7 @@ def _draw_order(axes: Axes, found: WorkPrecision, name: str) -> None:
     axes.minorticks_off()
 
 
-def _draw_family(axes: Axes, found: WorkPrecision, family: Sequence[Run], name: str, places: Sequence[float]) -> None:
+def _draw_family(axes: Axes, found: WorkPrecision, family: Sequence[Measurement], name: str, places: Sequence[float]) -> None:
     """A line through the runs of a family; failures are crosses at the top, errors below the reference's own hollow."""
     assert found.reference is not None
     fidelity, scheme, courant = family[0].setting.family

@@ -1,153 +1,28 @@
-"""What a sweep found: results.csv with its units, a table for the console, and a picture."""
+"""A picture of the answers of a sweep over its axes."""
 
 from __future__ import annotations
 
-import csv
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
-from rich.console import Console
-from rich.table import Table
 
-from softbrake.report.console import STANDARD_GRAVITY
 from softbrake.report.plots.style import BLUE, GREEN, GREY, INK, ORANGE, RED, STYLE, PlotError, load_matplotlib, save
+from softbrake.report.results_csv import PEAKS, Row
+from softbrake.report.words import STANDARD_GRAVITY
 from softbrake.studies.axes import Axis
-from softbrake.studies.sweep import Plan, Record
+from softbrake.studies.sweep import Plan
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-RESULTS, UNITS, PICTURE = "results.csv", "results.units.csv", "sweep.png"
-PEAKS = ("peak_deceleration", "peak_tension_generatrix", "peak_tension_hoop", "peak_tension_belt")
-TIMINGS = ("kernel_seconds", "wall_seconds")  # the last columns: all that two runs of one sweep may differ in
-LEFT_OUT = ("title", "results", "trials", "sensitivity", "filtered")
-MOST_LINES = 24
-MISSING = "not run, or lost with its worker"
+PICTURE = "sweep.png"
 MOST_AXES = 6  # of a scatter matrix
 MOST_DOTS = 1000  # over contours
 COLOURS = (BLUE, ORANGE, GREEN, RED, GREY, INK)
-Row = dict[str, Any]
-
-# By how the name of a column ends; what stands in none is a number without unit, or a word.
-ENDINGS = {
-    "_time": "s",
-    "_seconds": "s",
-    "_step": "s",
-    "_height": "m",
-    "_velocity": "m/s",
-    "_reduction": "m/s",
-    "deceleration": "m/s^2",
-    "tension_generatrix": "N/m",
-    "tension_hoop": "N/m",
-    "tension_belt": "N/m",
-}
-
-
-def rows(plan: Plan, records: Mapping[str, Record]) -> list[Row]:
-    """A row for each run of a plan: its number and id, the axes, outcome and fault, and all fields of its summary."""
-    table = []
-    for number, run in enumerate(plan.runs, 1):
-        record = records.get(run.id, {"summary": None, "fault": MISSING})
-        summary = record["summary"] or {}
-        outcome = summary.get("outcome") or ("failed" if run.id in records else "missing")
-        row = {"run": number, "id": run.id} | {axis.path: value for axis, value in zip(plan.axes, run.values, strict=True)}
-        table.append(row | {"outcome": outcome, "fault": record["fault"]} | _flat(summary))
-    names = list(dict.fromkeys(name for row in table for name in row if name not in TIMINGS))
-    return [{name: row.get(name) for name in (*names, *TIMINGS)} for row in table]
-
-
-def _flat(summary: Mapping[str, Any]) -> Row:
-    """Fields of a summary, those of its parts with the part's name in front."""
-    flat: Row = {}
-    for name, value in summary.items():
-        if name == "peaks":
-            for peak, found in value.items():
-                flat |= {f"{peak}_{part}": found[part] for part in ("time", "height", "phase")}
-                flat[f"{peak}_other"] = None if found["other"] is None else found["other"]["value"]
-        elif name == "peak_errors":
-            flat |= {f"{peak}_error": error for peak, error in (value or {}).items()}
-        elif isinstance(value, dict):
-            flat |= {f"{name}_{part}": member for part, member in value.items()}
-        elif name not in LEFT_OUT:
-            flat[name] = value
-    return flat
-
-
-def unit_of(column: str, plan: Plan) -> str:
-    """SI unit of a column of the results; empty for numbers without one and words."""
-    for axis in plan.axes:
-        if axis.path == column:
-            return axis.unit
-    if column.startswith("work_"):
-        return "J"
-    quantity = column.removesuffix("_error").removesuffix("_other") if column != "energy_error" else column
-    return next((unit for ending, unit in ENDINGS.items() if quantity.endswith(ending)), "")
-
-
-def write_results(folder: Path, plan: Plan, table: Sequence[Row]) -> None:
-    """Write results.csv, and results.units.csv with the same header and the units below it."""
-    names = list(table[0])
-    for file, lines in ((RESULTS, [row.values() for row in table]), (UNITS, [[unit_of(name, plan) for name in names]])):
-        draft = folder / f".{file}"
-        with open(draft, "w", encoding="utf-8", newline="") as stream:
-            writer = csv.writer(stream, lineterminator="\n")
-            writer.writerow(names)
-            writer.writerows(lines)
-        draft.replace(folder / file)
-
-
-def failures(table: Sequence[Row]) -> list[str]:
-    """A line for each run without an answer: its number, the values of its axes and the reason."""
-    return [f"run {row['run']}: {row['fault']}" for row in table if row["fault"]]
-
-
-def doubtful(table: Sequence[Row]) -> list[Row]:
-    """Runs that came to their end though something made energy of nothing."""
-    return [row for row in table if not row["fault"] and row["doubt"]]
-
-
-def print_table(plan: Plan, table: Sequence[Row], console: Console | None = None) -> None:
-    """Print axes and answers, of many runs some that are evenly spaced, and all failures."""
-    console = console or Console(highlight=False, markup=False, emoji=False)
-    lines = Table(box=None, padding=(0, 2, 0, 0), show_edge=False, header_style="")
-    for axis in plan.axes:
-        lines.add_column(f"{axis.path}\n{axis.unit}", justify="right")
-    for head in ("outcome\n", "impact\nm/s", "peak\ng", "T11\nkN/m", "T22\nkN/m", "belt\nkN/m"):
-        lines.add_column(head, justify="left" if head == "outcome\n" else "right")
-    shown = range(len(table))
-    if len(table) > MOST_LINES:
-        shown = sorted({round(k * (len(table) - 1) / (MOST_LINES - 1)) for k in range(MOST_LINES)})  # type: ignore[assignment]
-    for number in shown:
-        row = table[number]
-        values = [row[axis.path] for axis in plan.axes]
-        lines.add_row(*(f"{v:.6g}" if isinstance(v, float) else str(v) for v in values), *_answers(row))
-    console.print(lines)
-    if len(shown) < len(table):
-        console.print(f"{len(shown)} of {len(table)} runs; all are in {RESULTS}")
-    faults = failures(table)
-    if faults:
-        console.print(f"\n{len(faults)} of {len(table)} runs have no answer:")
-        for fault in faults[:MOST_LINES]:
-            console.print(fault, soft_wrap=True)
-        if len(faults) > MOST_LINES:
-            console.print(f"... and {len(faults) - MOST_LINES} more, in {RESULTS}")
-
-
-def _answers(row: Row) -> list[str]:
-    if row["fault"]:
-        return [row["outcome"], *["–"] * 5]
-    impact = row["impact_velocity"]
-    tensions = [row[peak] for peak in PEAKS[1:]]
-    return [
-        row["outcome"],
-        "–" if impact is None else f"{impact:.4f}",
-        f"{row['peak_deceleration'] / STANDARD_GRAVITY:.2f}",
-        *("–" if tension is None else f"{tension / 1e3:.3f}" for tension in tensions),
-    ]
 
 
 def draw_sweep(plan: Plan, table: Sequence[Row], picture: Path) -> None:

@@ -1,0 +1,44 @@
+"""The answer of a drop, printed and judged."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import typer
+
+from softbrake.cli.exits import FAILED, fail
+
+if TYPE_CHECKING:
+    from softbrake.case.case import Case
+    from softbrake.sim.summary import Summary
+
+
+def check_scale(tension_scale: float | None) -> None:
+    """Refuse dimensionless tensions where there is no pressure."""
+    if tension_scale == 0.0:
+        fail("--dimensionless: the case has no pressure, and so no scale for tensions")
+
+
+def show(summary: Summary, json: bool, tension_scale: float | None) -> None:
+    """Print the answer, for people or as JSON."""
+    if json:
+        from softbrake.report.as_json import summary_json
+
+        typer.echo(summary_json(summary, tension_scale))
+    else:
+        from softbrake.report.console.summary import print_summary
+
+        print_summary(summary, tension_scale)
+
+
+def check_sound(case: Case, summary: Summary) -> None:
+    """Exit code 1 where a run that came to its end made energy of nothing, or does not reach the tolerance that was asked for."""
+    from softbrake.studies.error_control import reached
+
+    faults = []
+    if summary.doubt is not None and summary.outcome != "diverged":
+        faults.append(f"{summary.doubt}; try fabric.law=tension_field, or a smaller time.courant; docs/explanation/stability.md")
+    if not reached(case, summary):
+        faults.append(f"the tolerance of {case.tolerance:.3g} was not reached: {summary.fidelity_reason}")
+    if faults:
+        fail("\n".join(faults), FAILED)

@@ -1,0 +1,70 @@
+"""softbrake check, schema and init: about a case file, without running it. They load nothing slow."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from softbrake.cli import cases
+from softbrake.cli.exits import fail
+from softbrake.cli.options import CasePath, Overrides
+
+
+def check(case_file: CasePath, overrides: Overrides = None) -> None:
+    """Check a case file and print what it means, without running it."""
+    from softbrake.sim.summary import contact_in_words, fabric_in_words
+
+    opened = cases.read(case_file, overrides)
+    case, designs = opened.case, cases.designs(opened)
+    cloth = case.fabric
+    chosen = f"chosen for an error of {case.tolerance:.2g}" if case.tolerance is not None else ""
+    cells = chosen or f"{case.grid.generatrix} x {case.grid.hoop} cells (generatrix x hoop)"
+    heights = ", ".join(f"{belt.height:.4g}" for belt in case.belts)
+    free_fall = (case.cargo.velocity**2 + 2 * case.gravity * case.shell.height) ** 0.5
+    idle = f"  without effect      {', '.join(case.without_contact)}\n" if case.without_contact else ""
+    typer.echo(
+        f"{case_file}: OK\n"
+        f"  {case.title}\n"
+        f"  grid                {cells}, {case.model.scheme} scheme\n"
+        f"  fidelity            {case.model.fidelity}\n"
+        f"  belts               {len(case.belts)}{f' at {heights} m' if heights else ''}\n"
+        f"  contact             {contact_in_words(case.model.fidelity, case.contact)}\n"
+        f"{idle}"
+        f"  fabric              {fabric_in_words(cloth.law, cloth.slack, cloth.G12, cloth.E11, cloth.E22)}\n"
+        f"  viscosity           {case.fabric.viscosity:.4g} N*s/m\n"
+        f"  free-fall velocity  {free_fall:.5f} m/s"
+    )
+    cases.warn_of_grid(case)
+    if designs.axes:
+        typer.echo(f"  sweep               {len(designs.all)} runs over {', '.join(axis.path for axis in designs.axes)}")
+
+
+def schema() -> None:
+    """Print the JSON Schema of case files, for editors."""
+    import json
+
+    from softbrake.case.schema import schema as of_cases
+
+    typer.echo(json.dumps(of_cases(), indent=2))
+
+
+def init(
+    file: Annotated[Path, typer.Argument(metavar="FILE", help="File to write; - for stdout.")] = Path("case.yaml"),
+    force: Annotated[bool, typer.Option("--force", help="Replace an existing file.")] = False,
+) -> None:
+    """Write a commented starter case."""
+    from softbrake.case.schema import starter
+
+    if str(file) == "-":
+        typer.echo(starter(), nl=False)
+        return
+    try:
+        with file.open("w" if force else "x", encoding="utf-8") as stream:
+            stream.write(starter())
+    except FileExistsError:
+        fail(f"{file}: exists already; --force replaces it")
+    except OSError as error:
+        fail(f"{file}: {error.strerror}")
+    typer.echo(f"{file} written; next: softbrake run {file}")

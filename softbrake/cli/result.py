@@ -1,0 +1,92 @@
+"""softbrake info, plot and report: what is in a result."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from softbrake.cli.answer import check_scale, show
+from softbrake.cli.exits import fail
+from softbrake.cli.options import Dimensionless, Json, ResultPath
+
+
+def info(result: ResultPath, json: Json = False, dimensionless: Dimensionless = False) -> None:
+    """Print the summary of a result file again."""
+    from softbrake.report import as_json
+    from softbrake.report.console.inflation import print_inflation
+    from softbrake.report.console.summary import print_unfinished
+    from softbrake.sim.result_file import ResultError, read_history, read_inflation, read_summary, read_tension_scale
+
+    try:
+        inflation = read_inflation(result)
+        summary = read_summary(result)
+        scale = read_tension_scale(result) if dimensionless else None
+        history = read_history(result)
+    except ResultError as error:
+        fail(error)
+    if inflation is not None:
+        typer.echo(as_json.inflation_json(inflation)) if json else print_inflation(inflation)
+    elif summary is not None:
+        check_scale(scale)
+        show(summary, json, scale)
+    else:
+        row = {name: float(history[name][-1]) for name in history.dtype.names or () if len(history)}
+        if json:
+            typer.echo(as_json.row_json(row))
+        else:
+            print_unfinished(row)
+
+
+def plot(
+    result: ResultPath,
+    output: Annotated[
+        Path | None, typer.Option("--output", "-o", metavar="PICTURE", help="PNG, SVG or PDF; default: RESULT with .png.")
+    ] = None,
+    dimensionless: Dimensionless = False,
+) -> None:
+    """Draw the curves and the deformed profiles of a result file."""
+    from softbrake.report.plots.drop import plot_result
+    from softbrake.report.plots.style import PlotError
+    from softbrake.sim.result_file import ResultError
+
+    picture = output or _beside(result, ".png")
+    try:
+        plot_result(result, picture, dimensionless)
+    except (PlotError, ResultError) as error:
+        fail(error)
+    except OSError as error:
+        fail(f"{picture}: {error.strerror or error}")
+    typer.echo(f"{picture} written")
+
+
+def report(
+    result: Annotated[Path, typer.Argument(metavar="RESULT", help="Result file of a run (*.vtkhdf), or folder of a sweep.")],
+    output: Annotated[
+        Path | None, typer.Option("--output", "-o", metavar="PAGE", help="HTML file; default: RESULT with .html.")
+    ] = None,
+) -> None:
+    """Write all about a result or a sweep as one HTML page."""
+    from softbrake.report.html.write import write_report
+    from softbrake.report.plots.style import PlotError
+    from softbrake.sim.result_file import ResultError
+
+    page = output or _beside(result, ".html")
+    if page.suffix != ".html":
+        fail(f"{page}: the name of a page ends in .html")
+    if page.resolve() == result.resolve():
+        fail(f"{page}: is the result; --output must name another file")
+    try:
+        write_report(result, page)
+    except (PlotError, ResultError) as error:
+        fail(error)
+    except OSError as error:
+        fail(f"{page}: cannot be written: {error.strerror or error}")
+    typer.echo(f"{page} written")
+
+
+def _beside(result: Path, suffix: str) -> Path:
+    """Name of a file beside a result or a folder; dots in the name of a folder end nothing."""
+    named = result if result.name not in ("", "..") else result.resolve()
+    return named.parent / f"{named.stem if named.suffix == '.vtkhdf' else named.name}{suffix}"

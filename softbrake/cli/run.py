@@ -1,0 +1,106 @@
+"""softbrake run."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from softbrake.cli import cases
+from softbrake.cli.answer import check_scale, check_sound, show
+from softbrake.cli.exits import FAILED, INTERRUPTED, compile_for, fail
+from softbrake.cli.files import result_file
+from softbrake.cli.options import CasePath, Dimensionless, Json, NoResults, Overrides, Quiet
+
+if TYPE_CHECKING:
+    from softbrake.case.case_file import CaseFile
+    from softbrake.sim.summary import Summary
+
+Output = Annotated[
+    Path | None, typer.Option("--output", "-o", metavar="FILE", help="Result file; default: CASE's name with .vtkhdf, here.")
+]
+Tolerance = Annotated[
+    str | None,
+    typer.Option("--tolerance", metavar="RATIO", help="As 1%: choose fidelity, grid and Courant number for this error."),
+]
+Budget = Annotated[float, typer.Option("--budget", metavar="SECONDS", min=0.0, help="Most CPU time to spend on a tolerance.")]
+WithErrorBar = Annotated[bool, typer.Option("--error-bar", help="Estimate the numerical error from three coarser neighbours.")]
+WithSensitivity = Annotated[
+    bool, typer.Option("--sensitivity", help="What 1 % of each input of CASE does to the answer; four runs an input or more.")
+]
+
+
+def run(
+    case_file: CasePath,
+    overrides: Overrides = None,
+    json: Json = False,
+    output: Output = None,
+    no_results: NoResults = False,
+    dimensionless: Dimensionless = False,
+    tolerance: Tolerance = None,
+    budget: Budget = 60.0,
+    with_error_bar: WithErrorBar = False,
+    with_sensitivity: WithSensitivity = False,
+    quiet: Quiet = False,
+) -> None:
+    """Simulate the drop of a case file."""
+    if no_results and output is not None:
+        fail("--output and --no-results exclude each other")
+    changes = [*(overrides or ()), *([f"tolerance={tolerance}"] if tolerance is not None else ())]
+    opened = cases.read(case_file, changes)
+    case = opened.case
+    if with_error_bar and case.insists:
+        fail("--error-bar: a run for a tolerance has one already")
+    results = result_file(case_file, output, no_results, ".vtkhdf")
+
+    from softbrake.report.console.progress import progress
+    from softbrake.report.console.trials import print_trial
+    from softbrake.sim.result_file import ResultError, tension_scale
+    from softbrake.sim.simulation import Diverged, NotInflated
+    from softbrake.studies.error_control import run as simulate
+
+    scale = tension_scale(case) if dimensionless else None
+    check_scale(scale)
+    cases.warn_of_long_steps([case])
+    cases.warn_of_grid(case)
+    if case.insists and not quiet:
+        typer.echo("tolerance: fidelity, grid and Courant number are chosen, those of the case set aside", err=True)
+    compile_for([case], quiet)
+    told = None if quiet else print_trial
+    try:
+        with progress(case.shell.height, quiet=quiet) as callback:
+            summary = simulate(case, results, callback, budget=budget, report=told, with_error_bar=with_error_bar)
+        if with_sensitivity and summary.outcome != "interrupted":
+            summary = _with_sensitivity(opened, summary, results, quiet)
+    except Diverged as error:
+        if json:
+            show(error.summary, json, scale)
+        fail(error, FAILED)
+    except NotInflated as error:
+        fail(error, FAILED)
+    except (ResultError, ValueError) as error:
+        fail(error)
+    except OSError as error:  # disk full, folder gone
+        fail(f"{results}: {error}", FAILED)
+    except KeyboardInterrupt:  # before the first step, or after the last, when the result file is whole
+        fail("interrupted", INTERRUPTED)
+    show(summary, json, scale)
+    if summary.outcome == "interrupted":
+        raise typer.Exit(INTERRUPTED)
+    check_sound(case, summary)
+
+
+def _with_sensitivity(file: CaseFile, summary: Summary, results: Path | None, quiet: bool) -> Summary:
+    """The answer with its sensitivities, also in the result file."""
+    from dataclasses import replace
+
+    from softbrake.report.console.progress import runs_progress
+    from softbrake.sim.result_file import replace_summary
+    from softbrake.studies.sensitivity import sensitivities
+
+    with runs_progress(quiet=quiet) as count:
+        summary = replace(summary, sensitivity=sensitivities(file, summary, count))
+    if results is not None:
+        replace_summary(results, summary)
+    return summary

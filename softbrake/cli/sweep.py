@@ -1,0 +1,140 @@
+"""softbrake sweep and merge."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from softbrake.cli import cases
+from softbrake.cli.exits import FAILED, INTERRUPTED, compile_for, fail
+from softbrake.cli.options import CasePath, JsonLines, Overrides, Quiet
+
+if TYPE_CHECKING:
+    from softbrake.studies.sweep import Plan
+
+Vary = Annotated[
+    list[str] | None,
+    typer.Option(
+        "--vary", metavar="PATH=VALUES", help="As fabric.E=15kN/m,20kN/m or fabric.E=10kN/m:30kN/m:200[:log]. Repeatable."
+    ),
+]
+Mode = Annotated[
+    str | None, typer.Option("--mode", metavar="MODE", help="grid, zip or lhs: all combinations, side by side, sampled.")
+]
+Samples = Annotated[int | None, typer.Option("--samples", metavar="N", help="Runs of mode lhs.")]
+Seed = Annotated[int | None, typer.Option("--seed", metavar="N", help="Of mode lhs.")]
+Folder = Annotated[Path | None, typer.Option("--output", "-o", metavar="FOLDER", help="Default: CASE's name with -sweep, here.")]
+Threads = Annotated[int | None, typer.Option("--threads", metavar="N", min=1, help="Default: one a core.")]
+Scheduler = Annotated[
+    str | None, typer.Option("--scheduler", metavar="ADDRESS", help="Run on the workers of a dask scheduler, tcp://…")
+]
+Part = Annotated[str | None, typer.Option("--shard", metavar="I/N", help="Run each N-th case from the I-th on; see merge.")]
+Histories = Annotated[bool, typer.Option("--histories", help="Keep the histories of all runs in histories.h5.")]
+
+
+def sweep(
+    case_file: CasePath,
+    vary: Vary = None,
+    mode: Mode = None,
+    samples: Samples = None,
+    seed: Seed = None,
+    overrides: Overrides = None,
+    output: Folder = None,
+    threads: Threads = None,
+    scheduler: Scheduler = None,
+    shard: Part = None,
+    histories: Histories = False,
+    json: JsonLines = False,
+    quiet: Quiet = False,
+) -> None:
+    """Run a case with many values; the same command again goes on where it was broken off."""
+    designs = cases.designs(cases.read(case_file, overrides), vary, mode=mode, samples=samples, seed=seed)
+    if not designs.axes:
+        fail(f"{case_file}: no section sweep; one, or --vary fabric.E=10kN/m:30kN/m:200, is expected")
+    if scheduler is not None and threads is not None:
+        fail("--scheduler and --threads exclude each other: workers have threads of their own")
+    number, of = _shard(shard)
+    folder = output or Path(f"{case_file.stem}-sweep")
+    if folder.exists() and not folder.is_dir():
+        fail(f"{folder}: is not a folder; --output must name one")
+
+    from softbrake.report.console.progress import runs_progress
+    from softbrake.studies.sweep import Shard, SweepError, read_journals, run_sweep
+
+    cases.warn_of_long_steps(design.case for design in designs.all)
+    if scheduler is None:
+        compile_for((design.case for design in designs.all), quiet)
+    try:
+        with runs_progress(quiet=quiet) as progress:
+            plan = run_sweep(
+                designs,
+                folder,
+                shard=Shard(number, of),
+                threads=threads,
+                scheduler=scheduler,
+                histories=histories,
+                progress=progress,
+            )
+    except SweepError as error:
+        fail(error)
+    except KeyboardInterrupt:
+        fail(f"interrupted; the same command goes on from here, softbrake merge {folder} shows what is done", INTERRUPTED)
+    if of > 1:
+        typer.echo(f"shard {number} of {of} is done; when all are: softbrake merge {folder}", err=True)
+        return
+    _show(plan, read_journals(folder), folder, json)
+
+
+def merge(
+    folders: Annotated[list[Path], typer.Argument(metavar="FOLDER...", help="Of a sweep; the first one gets the results.")],
+    json: JsonLines = False,
+) -> None:
+    """Put the shards of a sweep together."""
+    from softbrake.studies.sweep import SweepError, merge_folders
+
+    try:
+        plan, records = merge_folders(folders)
+    except SweepError as error:
+        fail(error)
+    _show(plan, records, folders[0], json)
+
+
+def _shard(text: str | None) -> tuple[int, int]:
+    number, slash, of = (text or "1/1").partition("/")
+    if not (slash and number.isdecimal() and of.isdecimal() and 1 <= int(number) <= int(of)):
+        fail(f"--shard {text}: a part of the runs such as 1/4, 2/4, 3/4 or 4/4 is expected")
+    return int(number), int(of)
+
+
+def _show(plan: Plan, records: dict[str, Any], folder: Path, json: bool) -> None:
+    """Write the results of a sweep and print them; exit 1 where a run has no answer."""
+    from softbrake.report.as_json import line_json
+    from softbrake.report.console.sweep import print_table
+    from softbrake.report.plots.style import PlotError
+    from softbrake.report.plots.sweep import PICTURE, draw_sweep
+    from softbrake.report.results_csv import RESULTS, doubtful, failures, rows, write_results
+
+    table = rows(plan, records)
+    try:
+        write_results(folder, plan, table)
+    except OSError as error:
+        fail(f"{folder}: {error.strerror or error}", FAILED)
+    if json:
+        for row in table:
+            typer.echo(line_json(row))
+    else:
+        print_table(plan, table)
+    written = f"{RESULTS} and {PICTURE}"
+    try:
+        draw_sweep(plan, table, folder / PICTURE)
+    except PlotError as error:
+        typer.echo(str(error), err=True)
+        written = RESULTS
+    typer.echo(f"{written} in {folder}", err=json)
+    if odd := doubtful(table):
+        what = "energy came from nowhere, peaks and velocity are doubtful"
+        typer.echo(f"{len(odd)} of {len(table)} runs: {what}; see column doubt, docs/explanation/stability.md", err=True)
+    if failures(table) or odd:
+        raise typer.Exit(FAILED)

@@ -1,0 +1,136 @@
+"""The page on one result: answers with errors and margins, curves, shapes and the case."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import asdict
+from html import escape
+from pathlib import Path
+from typing import Any
+
+from softbrake.report.html.case import case_table
+from softbrake.report.html.frame import figures, page, table
+from softbrake.report.plots.page import drop_charts, shapes
+from softbrake.report.words import STANDARD_GRAVITY, TENSIONS, disturbed_in_words, made_in_words, outcome_in_words
+from softbrake.sim.result_file import ResultError, read_case, read_history, read_snapshots, read_summary
+from softbrake.sim.summary import Sensitivities, Summary
+
+MOMENTS = 8
+
+
+def result_page(path: Path | str) -> str:
+    """The page on a result file. Raises ResultError and PlotError."""
+    case, history, summary, shots = read_case(path), read_history(path), read_summary(path), read_snapshots(path)
+    if len(history) == 0 or len(shots.times) == 0:
+        raise ResultError(f"{path}: the run stopped before it recorded anything")
+    ending = "The run did not finish: the file has no summary." if summary is None else outcome_in_words(summary)
+    parts = [f"<h1>{escape(case['title'])}</h1>", f"<p>{escape(ending)}</p>"]
+    if summary is not None:
+        parts.append(_answers(case, summary))
+    parts += ["<h2>Course of the drop</h2>", figures("charts", drop_charts(case, history, summary))]
+    cuts = shapes(case, shots, MOMENTS)
+    belts = ", dots are belts" if case["belts"] else ""
+    note = f'<p class="note">Cut through the axis; all to one scale{belts}.</p>'
+    parts += [f"<h2>Shape at {len(cuts)} moments</h2>", figures("shapes", cuts), note]
+    if summary is not None:
+        if summary.sensitivity is not None:
+            parts += ["<h2>What 1 % of each input does</h2>", _sensitivity(summary.sensitivity)]
+        parts += ["<h2>How it was computed</h2>", _computed(summary)]
+    parts += ["<h2>Case</h2>", case_table(case)]
+    return page(case["title"], parts, Path(path).name)
+
+
+def _answers(case: dict[str, Any], summary: Summary) -> str:
+    """The numbers a designer asks for, each with its error and its margin."""
+    errors = summary.peak_errors or {}
+
+    def bar(error: float | None, scale: float) -> str:
+        return "" if error is None else f" ± {error * scale:.2g}"
+
+    def peak_bar(name: str, scale: float) -> str:
+        return " ± no bound," if name in errors and errors[name] is None else bar(errors.get(name), scale)
+
+    cards: list[tuple[str, str, str, bool]] = []
+    if summary.impact_velocity is not None:
+        value = f"{summary.impact_velocity:.3f}{bar(summary.impact_velocity_error, 1.0)} m/s"
+        notes = [f"free fall {summary.free_fall_velocity:.3f} m/s"]
+        if (found := summary.ensemble) is not None:
+            notes.append(f"{found.members} drops, {found.least:.3f} to {found.most:.3f} m/s, {disturbed_in_words(found)}")
+        cards.append(("impact velocity", value, "; ".join(notes), False))
+    else:
+        cards.append(("lowest height", f"{summary.minimum_height:.4g} m", "no impact", False))
+    peak = f"{summary.peak_deceleration / STANDARD_GRAVITY:.2f}{peak_bar('peak_deceleration', 1 / STANDARD_GRAVITY)} g"
+    notes = ["net of gravity", *_notes(summary, "peak_deceleration", 1 / STANDARD_GRAVITY, "g")]
+    if summary.filtered is not None and summary.filtered.fault is not None:
+        notes.append(f"CFC {summary.filtered.cfc}: none, {summary.filtered.fault}")
+    cards.append(("peak deceleration, 1 kHz", peak, "; ".join(notes), False))
+    for tension in TENSIONS:
+        name = f"peak_tension_{tension}"
+        if (value_of := getattr(summary, name)) is not None:
+            value = f"{value_of / 1e3:.2f}{peak_bar(name, 1e-3)} kN/m"
+            cards.append((f"peak tension, {tension}", value, "; ".join(_notes(summary, name, 1e-3, "kN/m")), False))
+    for name, margin in (("fabric", summary.fabric_margin), ("belts", summary.belt_margin)):
+        if margin is not None:
+            note = "of strength over peak tension" if margin >= 0.0 else "the strength is exceeded"
+            cards.append((f"margin, {name}", f"{margin:+.0%}", note, margin < 0.0))
+    cards.append(
+        ("stroke", f"{case['shell']['height'] - summary.minimum_height:.4g} m", f"of {case['shell']['height']:g} m", False)
+    )
+    body = "".join(
+        f"<div{' class=bad' if bad else ''}><span>{escape(name)}</span><b>{escape(value)}</b><span>{escape(note)}</span></div>"
+        for name, value, note, bad in cards
+    )
+    reason = "no error bar was asked for" if summary.fidelity_reason is None else f"error bars: {summary.fidelity_reason}"
+    doubt = "" if summary.doubt is None else f'<p class="bad">{escape(summary.doubt)}</p>'
+    return f'{doubt}<div class="answers">{body}</div><p class="note">{escape(reason)}</p>'
+
+
+def _notes(summary: Summary, name: str, scale: float, unit: str) -> list[str]:
+    """When, where and in which phase a peak is, its value in the other phase and behind the filter; scale: of the SI value."""
+    peak, notes = summary.peaks.get(name), []
+    if peak is not None:
+        height = "" if peak.height is None else f", {peak.height:.3g} m up the shell"
+        notes.append(f"at {peak.time * 1e3:.4g} ms{height}" + ("" if peak.phase is None else f", {peak.phase}"))
+        if peak.other is not None:
+            notes.append(f"{peak.other.phase}: {peak.other.value * scale:.2f} {unit}")
+    if summary.filtered is not None and (behind := getattr(summary.filtered, name)) is not None:
+        notes.append(f"CFC {summary.filtered.cfc}: {behind.value * scale:.2f} {unit}, {behind.phase}")
+    return notes
+
+
+def _sensitivity(found: Sensitivities) -> str:
+    names = [name for name in found.errors if name in found.noise]
+    head = ["% per 1 % of", *(name.replace("_", " ") for name in names)]
+    rows = [
+        [row.path, *("–" if (change := row.changes[name]) is None else f"{change:+.2f}" for name in names)]
+        for row in found.inputs
+    ]
+    rows.append(["standard error", *(f"{found.errors[name]:.2g}" for name in names)])
+    rows.append(["off straight lines, %", *(f"{100 * found.noise[name]:.2g}" for name in names)])
+    left = [escape(f"{path} is not varied alone: {fault}") for path, fault in found.left_out.items()]
+    return table(head, rows, len(names)) + "".join(f'<p class="note">{line}</p>' for line in left)
+
+
+def _computed(summary: Summary) -> str:
+    model = summary.model
+    lines = [
+        f"{model.fidelity}, {model.scheme} scheme, {model.generatrix} x {model.hoop} cells, Courant {model.courant:g}",
+        f"{summary.steps} steps of {summary.time_step * 1e6:.4g} us on average, {summary.kernel_seconds:.2f} s of CPU",
+    ]
+    works = [[f"work, {name}", f"{value:.2f} J"] for name, value in asdict(summary.work).items()]
+    works.append(["energy residual", f"{summary.energy_error:.1e} of the initial energy"])
+    works.append(["energy from nowhere", made_in_words(summary)])
+    text = "".join(f"<p>{escape(line)}</p>" for line in lines) + table(("", ""), works, 1)
+    if summary.trials:
+        rows = [
+            [
+                trial.fidelity,
+                f"{trial.generatrix} x {trial.hoop}",
+                trial.verdict,
+                "–" if trial.impact_velocity is None else f"{trial.impact_velocity:.4f}",
+                "–" if trial.error is None or not math.isfinite(trial.error) else f"{trial.error:.2g}",
+            ]
+            for trial in summary.trials
+        ]
+        text += "<p>Tried for the tolerance:</p>" + table(("level", "grid", "", "m/s", "± m/s"), rows, 2)
+    return text

@@ -1,0 +1,121 @@
+"""What pictures and pages show of a drop, each drawn on axes: courses over time, and cuts through the shell."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from softbrake.report.plots.style import BLUE, CARGO_COLOUR, GREEN, GREY, GROUND_COLOUR, INK, ORANGE, RED
+from softbrake.sim.result_file import Snapshots, belt_rows
+from softbrake.sim.summary import Summary
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+GAP = "   "  # between time and speed of a caption
+
+
+def draw_speed(axes: Axes, case: dict[str, Any], history: NDArray[Any], summary: Summary | None) -> None:
+    """Downward speed, with free fall down to the ground beside it."""
+    time = history["time"]
+    start, gravity, drop = case["cargo"]["velocity"], case["gravity"], case["shell"]["height"]
+    landing = (np.sqrt(start**2 + 2 * gravity * drop) - start) / gravity if gravity else drop / start
+    falling = np.linspace(0.0, min(landing, time[-1]), 50)
+    axes.plot(time * 1e3, -history["velocity"], color=BLUE, label="cargo")
+    axes.plot(falling * 1e3, start + gravity * falling, color=GREY, linestyle="--", label="free fall")
+    if summary is not None and summary.impact_velocity is not None and summary.impact_time is not None:
+        axes.plot([summary.impact_time * 1e3], [summary.impact_velocity], "o", color=RED, label="impact", clip_on=False)
+    axes.set(title="Speed of the cargo, downwards", ylabel="m/s")
+
+
+def draw_height(axes: Axes, history: NDArray[Any]) -> None:
+    """Height of the cover."""
+    axes.plot(history["time"] * 1e3, history["height"], color=BLUE)
+    axes.set(title="Height of the cover", ylabel="m")
+
+
+def draw_deceleration(axes: Axes, history: NDArray[Any], gravity: float) -> None:
+    """Deceleration over `gravity`, m/s^2; in SI units where that is 0."""
+    axes.plot(history["time"] * 1e3, history["acceleration"] / (gravity or 1.0), color=RED)
+    axes.set(title="Deceleration of the cargo", ylabel="g" if gravity else "m/s²")
+
+
+def draw_pressure(axes: Axes, history: NDArray[Any]) -> None:
+    """Pressure of the gas."""
+    axes.plot(history["time"] * 1e3, history["pressure"] * 1e-3, color=ORANGE)
+    axes.set(title="Pressure", ylabel="kPa")
+
+
+def draw_tensions(axes: Axes, case: dict[str, Any], history: NDArray[Any], scale: float, unit: str) -> None:
+    """The largest tensions over a scale, N/m; of a lumped run none."""
+    lumped = case["model"]["fidelity"] == "lumped"
+    for name, label, colour in (
+        ("tension_generatrix", "generatrix", BLUE),
+        ("tension_hoop", "hoop", ORANGE),
+        ("tension_belt", "belt", GREEN),
+    ):
+        if not lumped and (name != "tension_belt" or case["belts"]):
+            axes.plot(history["time"] * 1e3, history[name] / scale, color=colour, label=label)
+    none = " (a lumped run has no shell)" if lumped else ""
+    axes.set(title=f"Largest tensions{none}", ylabel=unit)
+
+
+def draw_energy(axes: Axes, history: NDArray[Any]) -> None:
+    """Kinetic energy and what changed it since the start."""
+    time = history["time"] * 1e3
+    axes.plot(time, history["kinetic_energy"] * 1e-3, color=INK, label="kinetic energy")
+    for label, colour, names in (
+        ("work of gas", ORANGE, ("pressure",)),
+        ("work of gravity", GREEN, ("gravity",)),
+        ("work of fabric, belts", BLUE, ("elastic", "viscous", "belts")),
+        ("work of contact", GREY, ("ground", "contact")),
+    ):
+        axes.plot(time, sum(history[f"work_{name}"] for name in names) * 1e-3, color=colour, label=label)
+    axes.set(title="Energy", ylabel="kJ")
+
+
+def moments(shots: Snapshots, count: int) -> list[int]:
+    """Indices of at most `count` snapshots, evenly spaced in time, first and last among them; none that a divergence spoilt."""
+    sound = np.flatnonzero(np.isfinite(shots.xyz).all(axis=(1, 2, 3)))
+    times = shots.times[sound]
+    return sorted({int(sound[np.argmin(np.abs(times - time))]) for time in np.linspace(times[0], times[-1], count)})
+
+
+def when(shots: Snapshots, shot: int) -> str:
+    """Time and downward speed of a snapshot."""
+    return f"{shots.times[shot] * 1e3:.1f} ms{GAP}{round(-shots.velocity[shot], 2) + 0.0:.2f} m/s"
+
+
+def cut(shots: Snapshots, shot: int) -> list[tuple[NDArray[Any], NDArray[Any]]]:
+    """Radius (m, negative on the left) and height (m) of column 0 of a snapshot and of the column opposite, each (n1+1,)."""
+    sides = []
+    for column, side in ((0, 1.0), (shots.xyz.shape[2] // 2, -1.0)):
+        outward = shots.xyz[0, 0, column, :2] / np.hypot(*shots.xyz[0, 0, column, :2])
+        sides.append((side * (shots.xyz[shot, :, column, :2] @ outward), shots.xyz[shot, :, column, 2]))
+    return sides
+
+
+def view(case: dict[str, Any], shots: Snapshots, chosen: Sequence[int]) -> dict[str, tuple[float, float]]:
+    """Limits, m, that hold the cuts of some snapshots, for `Axes.set`."""
+    diameter, height = case["shell"]["diameter"], case["shell"]["height"]
+    beside = float(np.abs(shots.xyz[chosen][..., [0, case["grid"]["hoop"] // 2], :2]).max())
+    reach = 1.1 * max(0.8 * diameter, beside)
+    return {"xlim": (-reach, reach), "ylim": (-0.08 * height, shots.height[0] + 0.57 * diameter)}
+
+
+def draw_profile(axes: Axes, case: dict[str, Any], shots: Snapshots, shot: int) -> None:
+    """The cut through column 0 and the opposite one, with belts, cargo, cover and ground."""
+    rows = belt_rows([belt["height"] for belt in case["belts"]], case["shell"]["height"], case["grid"]["generatrix"])
+    radius, box = case["shell"]["diameter"] / 2, case["cargo"]["diameter"]
+    top = min(case["cargo"].get("height", np.inf), 0.48 * case["shell"]["diameter"])  # of the cargo, as far as there is room
+    for side, (r, z) in zip((1.0, -1.0), cut(shots, shot), strict=True):
+        axes.plot(r, z, color=BLUE, linewidth=1.3, label="shell" if side > 0 else None)
+        axes.plot(r[rows], z[rows], "o", color=GREEN, markersize=3.5, label="belts" if side > 0 and rows else None)
+    height = shots.height[shot]
+    axes.fill_between([-box / 2, box / 2], height, height + top, facecolor=CARGO_COLOUR, edgecolor=INK, linewidth=0.8)
+    axes.plot([-radius, radius], [height, height], color=INK, linewidth=2.0, solid_capstyle="butt")
+    axes.axhspan(-0.08 * case["shell"]["height"], 0.0, color=GROUND_COLOUR, linewidth=0)
+    axes.axhline(0.0, color=INK, linewidth=0.8)

@@ -1,0 +1,94 @@
+"""What a sweep found: results.csv, a row for each run, and its units."""
+
+from __future__ import annotations
+
+import csv
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+from softbrake.studies.sweep import Plan, Record
+
+RESULTS, UNITS = "results.csv", "results.units.csv"
+PEAKS = ("peak_deceleration", "peak_tension_generatrix", "peak_tension_hoop", "peak_tension_belt")
+TIMINGS = ("kernel_seconds", "wall_seconds")  # the last columns: all that two runs of one sweep may differ in
+LEFT_OUT = ("title", "results", "trials", "sensitivity", "filtered")
+MISSING = "not run, or lost with its worker"
+Row = dict[str, Any]
+
+# By how the name of a column ends; what stands in none is a number without unit, or a word.
+ENDINGS = {
+    "_time": "s",
+    "_seconds": "s",
+    "_step": "s",
+    "_height": "m",
+    "_velocity": "m/s",
+    "_reduction": "m/s",
+    "deceleration": "m/s^2",
+    "tension_generatrix": "N/m",
+    "tension_hoop": "N/m",
+    "tension_belt": "N/m",
+}
+
+
+def rows(plan: Plan, records: Mapping[str, Record]) -> list[Row]:
+    """A row for each run of a plan: its number and id, the axes, outcome and fault, and all fields of its summary."""
+    table = []
+    for number, run in enumerate(plan.runs, 1):
+        record = records.get(run.id, {"summary": None, "fault": MISSING})
+        summary = record["summary"] or {}
+        outcome = summary.get("outcome") or ("failed" if run.id in records else "missing")
+        row = {"run": number, "id": run.id} | {axis.path: value for axis, value in zip(plan.axes, run.values, strict=True)}
+        table.append(row | {"outcome": outcome, "fault": record["fault"]} | _flat(summary))
+    names = list(dict.fromkeys(name for row in table for name in row if name not in TIMINGS))
+    return [{name: row.get(name) for name in (*names, *TIMINGS)} for row in table]
+
+
+def _flat(summary: Mapping[str, Any]) -> Row:
+    """Fields of a summary, those of its parts with the part's name in front."""
+    flat: Row = {}
+    for name, value in summary.items():
+        if name == "peaks":
+            for peak, found in value.items():
+                flat |= {f"{peak}_{part}": found[part] for part in ("time", "height", "phase")}
+                flat[f"{peak}_other"] = None if found["other"] is None else found["other"]["value"]
+        elif name == "peak_errors":
+            flat |= {f"{peak}_error": error for peak, error in (value or {}).items()}
+        elif isinstance(value, dict):
+            flat |= {f"{name}_{part}": member for part, member in value.items()}
+        elif name not in LEFT_OUT:
+            flat[name] = value
+    return flat
+
+
+def unit_of(column: str, plan: Plan) -> str:
+    """SI unit of a column of the results; empty for numbers without one and words."""
+    for axis in plan.axes:
+        if axis.path == column:
+            return axis.unit
+    if column.startswith("work_"):
+        return "J"
+    quantity = column.removesuffix("_error").removesuffix("_other") if column != "energy_error" else column
+    return next((unit for ending, unit in ENDINGS.items() if quantity.endswith(ending)), "")
+
+
+def write_results(folder: Path, plan: Plan, table: Sequence[Row]) -> None:
+    """Write results.csv, and results.units.csv with the same header and the units below it."""
+    names = list(table[0])
+    for file, lines in ((RESULTS, [row.values() for row in table]), (UNITS, [[unit_of(name, plan) for name in names]])):
+        draft = folder / f".{file}"
+        with open(draft, "w", encoding="utf-8", newline="") as stream:
+            writer = csv.writer(stream, lineterminator="\n")
+            writer.writerow(names)
+            writer.writerows(lines)
+        draft.replace(folder / file)
+
+
+def failures(table: Sequence[Row]) -> list[str]:
+    """A line for each run without an answer: its number, the values of its axes and the reason."""
+    return [f"run {row['run']}: {row['fault']}" for row in table if row["fault"]]
+
+
+def doubtful(table: Sequence[Row]) -> list[Row]:
+    """Runs that came to their end though something made energy of nothing."""
+    return [row for row in table if not row["fault"] and row["doubt"]]
