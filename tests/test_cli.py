@@ -51,7 +51,7 @@ def printed(answer: Summary, scale: float | None = None) -> str:
 def test_light_commands_load_nothing_slow(arguments: list[str], paper: Path, tmp_path: Path, environment: dict[str, str]) -> None:
     code = f"""
 import sys, time
-from softbrake.cli import app
+from softbrake.cli.app import app
 try:
     app({[str(paper) if word == "PAPER" else word for word in arguments]!r})
 except SystemExit as end:

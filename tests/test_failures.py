@@ -48,8 +48,8 @@ def test_without_shear_stiffness_tension_alone_holds_a_twist() -> None:
 
     def frequency(modulus: float) -> float:
         times, turn = twist(modulus)
-        missed_collisions = times[1:][(turn[1:] > 0) & (turn[:-1] <= 0)]
-        return float((len(missed_collisions) - 1) / (missed_collisions[-1] - missed_collisions[0]))
+        upwards = times[1:][(turn[1:] > 0) & (turn[:-1] <= 0)]
+        return float((len(upwards) - 1) / (upwards[-1] - upwards[0]))
 
     soft, stiff = frequency(0), frequency(2000)
     assert soft == pytest.approx(sqrt(1640 / 0.05) / 1.2, rel=0.1)

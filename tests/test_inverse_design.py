@@ -11,7 +11,7 @@ from conftest import Command
 
 import softbrake
 from softbrake.case.case import Case, CaseError, full_stop, level, load_case, quantities
-from softbrake.core.arrays import Pressure, PressureLaw
+from softbrake.core.arrays import GasPressure, PressureLaw
 from softbrake.core.pressure import pressure_at
 from softbrake.studies import inverse_design
 from softbrake.studies.error_control import Refined
@@ -31,7 +31,7 @@ MASS, SPEED, HEIGHT, GRAVITY = 100.0, 6.0, 0.6, 9.80665
 def test_mean_of_two_sinusoids_wherever_the_peak_stands(share: float) -> None:
     """The assertion of section 2.2 on the law (2.10) as the drop computes it: the mean over time is 2/pi of the largest value."""
     end, none = 0.2, np.zeros(1)
-    law = Pressure(PressureLaw.SINE, 1.0, share * end, end, none, none, 0.0, 1.0)
+    law = GasPressure(PressureLaw.SINE, 1.0, share * end, end, none, none, 0.0, 1.0)
     x, weight = np.polynomial.legendre.leggauss(40)
     mean = 0.0
     for start, stop in ((0.0, share * end), (share * end, end)):  # a smooth half each

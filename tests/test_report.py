@@ -13,7 +13,7 @@ from conftest import ROOT, Command
 from softbrake.case.case import load_case
 from softbrake.core.columns import History
 from softbrake.report.html import result_page, sweep_page, write_report
-from softbrake.report.page import BUCKETS, Curve, Mark, table, work_precision
+from softbrake.report.page import BUCKETS, Curve, Mark, chart, table
 from softbrake.sim.result_file import ResultError, ResultFile, read_history, replace_summary
 from softbrake.sim.simulation import run
 from softbrake.sim.summary import FilteredPeaks, Peak, Sensitivities, Sensitivity
@@ -180,17 +180,17 @@ def test_long_curves_keep_their_peaks() -> None:
     x = np.linspace(0.0, 1.0, 100_000)
     y = np.sin(50 * x)
     y[54_321] = 7.0
-    points = path_of(work_precision("a", "m", x, [Curve("", y)], "s"))
+    points = path_of(chart("a", "m", x, [Curve("", y)], "s"))
     assert len(points) <= 2 * BUCKETS + 2
     assert points[np.argmin(points[:, 1]), 0] == pytest.approx(points[0, 0] + 0.54321 * np.ptp(points[:, 0]), abs=0.1)
 
 
 def test_charts_bear_what_is_not_a_number() -> None:
     x = np.array([0.0, 1.0, 2.0, np.nan])
-    text = work_precision("a", "m", x, [Curve("one", np.array([1.0, np.nan, 3.0, 1.0])), Curve("two", np.full(4, np.nan))], "s")
+    text = chart("a", "m", x, [Curve("one", np.array([1.0, np.nan, 3.0, 1.0])), Curve("two", np.full(4, np.nan))], "s")
     assert "nan" not in text
     assert len(path_of(text)) == 2
-    assert "nan" not in work_precision("flat", "m", x[:1], [Curve("", np.zeros(1))], "s", [Mark(0.0, 0.0, 0.1)])
+    assert "nan" not in chart("flat", "m", x[:1], [Curve("", np.zeros(1))], "s", [Mark(0.0, 0.0, 0.1)])
 
 
 def test_tables_escape() -> None:
