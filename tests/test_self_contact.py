@@ -23,13 +23,14 @@ import softbrake
 from softbrake.core.arrays import PAD, ContactCount, Floats, Impulses, Nodes, Outcome, Sheet, Step
 from softbrake.core.columns import History
 from softbrake.core.contact.broad_phase import find_pairs
-from softbrake.core.contact.impulses import freedom_of
+from softbrake.core.contact.impulses import freedom_of, rigidify
 from softbrake.core.contact.narrow_phase import (
     EDGES,
     NEVER,
     SECOND,
     crossing_of,
     crossing_of_edges,
+    crossing_of_face,
     nearest_on_edges,
     nearest_on_face,
 )
@@ -171,6 +172,23 @@ def test_crossing_of_a_triangle() -> None:
             assert s * place[1] + t * place[2] == pytest.approx(place[0], abs=1e-9)
             assert abs(np.dot(normal, place[1])) + abs(np.dot(normal, place[2])) < 1e-9
     assert 200 < passed < 1500
+
+
+def test_no_way_leads_between_the_triangles_of_a_face() -> None:
+    """Through the centre, or the edge from there to a corner, where two triangles end: round-off may not let it out of both."""
+    random = np.random.default_rng(3)
+    for k in range(2000):
+        turn, _ = np.linalg.qr(random.standard_normal((3, 3)))
+        square = np.array([(-1, -1, 0), (1, -1, 0), (1, 1, 0), (-1, 1, 0)]) + 0.3 * random.uniform(-1, 1, (4, 3))
+        corners = (square - square.mean(axis=0)) @ turn * EDGE
+        share = random.uniform(0.0, 0.9) if k % 4 else 0.0
+        there, way = share * corners[k % 3], 0.1 * EDGE * (np.array((0.2, 0.1, 1.0)) @ turn)
+        time, *normal, weights = crossing_of_face(
+            *(tuple(map(tuple, (corners - place).T)) for place in (there - way, there + way))
+        )
+        assert time == pytest.approx(0.5, abs=1e-6)
+        assert np.dot(normal, way) < 0.0
+        assert np.array(weights) @ corners == pytest.approx(there, abs=1e-7 * EDGE)
 
 
 def seen(places: Floats) -> tuple[tuple[float, ...], ...]:
@@ -331,6 +349,36 @@ def test_walls_back_a_node(z: float, r: float, height: float, wall: tuple[int, i
     expected = (0.0, 1.0, 1.0, 1 - 0.36) if wall else (1.0,) * 4
     for push, freedom in zip((-normal, normal, along, -askew), expected, strict=True):
         assert freedom_of(nodes, step, sheet, 7, *push) == pytest.approx(freedom, abs=1e-12)
+
+
+@pytest.mark.parametrize("wall", ["ground", "cover", None])
+def test_what_is_made_rigid_moves_as_what_bears_it(wall: str | None) -> None:
+    """A node on a face: together they rest on the ground or move as the cover; in the air they keep their momentum."""
+    places = np.zeros((5, 4, 3))
+    places[..., 0], places[..., 1] = EDGE * np.arange(4), EDGE * np.arange(5)[:, None]
+    places[..., 2], places[-1, :, 2] = {"ground": 0.0, "cover": 0.5 - 1e-6, None: 0.25}[wall], 0.5
+    velocities = np.random.default_rng(5).standard_normal(places.shape)
+    velocities[1:-1, :, 2] -= 3.0  # downwards, faster than the cover
+    cloth = Cloth(places, velocities, (0.0, 1, 1.0, 0, 0.0, inf, 0), seed_mass=1)
+    length, down = 1e-6, -0.5
+    step = Step(length, length, 0.0, 0.5, 0.5 + length * down, 1e-6)
+    if wall == "cover":  # places are those at n+1
+        cloth.nodes.z[:] += length * down
+    first, stride = cloth.first, cloth.stride
+    node, face = first + 3 * stride + 3, first + stride
+    corners = (face, face + 1, face + 1 + stride, face + stride)
+    members = np.array([node, *corners])
+    mass, before = cloth.mass[members // stride], np.stack([part[members] for part in cloth.nodes[3:]])
+    impulses = Impulses(cloth.contact, cloth.kinetic, cloth.impulse, cloth.self_contact.stamp)
+    rigidify(cloth.nodes, cloth.mass, impulses, step, cloth.sheet, 1, node, corners)
+    common = before @ mass / mass.sum()
+    if wall is not None:
+        common = np.array((common[0], common[1], 0.0)) if wall == "ground" else np.array((0.0, 0.0, down))
+    after = np.stack([part[members] for part in cloth.nodes[3:]])
+    assert after == pytest.approx(np.repeat(common[:, None], 5, axis=1), rel=1e-9, abs=1e-9)
+    lifted = ((after - before) @ mass)[2]
+    expected = {"ground": (0.0, lifted), "cover": (-lifted, 0.0), None: (0.0, 0.0)}[wall]
+    assert cloth.impulse == pytest.approx(expected, rel=1e-9, abs=1e-15)
 
 
 def test_nothing_sticks() -> None:

@@ -103,6 +103,7 @@ VARIANTS = {
     "viscous": ("fabric.viscosity=2",),
     "heavy belts": ("belts.layers=20",),
     "high pressure": ("pressure.value=30 kPa",),
+    "damped by the gas": ("pressure.damping=0.02", "fabric.viscosity=0"),
     "nu = 0": ("fabric.nu12=0", "fabric.law=nominal_tension"),
     "nominal": ("fabric.law=nominal_tension",),
     "tension field": ("fabric.law=tension_field",),
