@@ -21,10 +21,10 @@ from mkdocs.structure.files import File, Files
 import softbrake
 from softbrake.case import keys
 from softbrake.cli.app import app
-from softbrake.core import arrays as state
+from softbrake.core import columns
 from softbrake.sim import summary
 
-ANSWER = ("Summary", "Peak", "FilteredPeaks", "Work", "ModelUsed", "Rung", "Ensemble")
+ANSWER = ("Summary", "Peak", "FilteredPeaks", "Work", "ModelUsed", "Trial", "Ensemble")
 ANSWER += ("Sensitivities", "Sensitivity", "Inflation")
 API_NOTE = (
     "The package exports these names. Importing it loads no kernel; the first use of a name loads its module. "
@@ -197,10 +197,10 @@ def fields(name: str) -> str:
 
 def answer_page() -> str:
     """Fields of the answer, columns of the history."""
-    history: type[IntEnum] = state.History
+    history: type[IntEnum] = columns.History
     rows = []
     for name, (_, comment) in comments(history).items():
-        unit = state.UNITS[history[name]]
+        unit = columns.UNITS[history[name]]
         meaning = comment.removeprefix(unit).lstrip(", ")
         rows.append((code(name.lower()), code(unit), meaning))
     return "\n".join(
