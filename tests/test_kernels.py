@@ -5,6 +5,7 @@ Compiled once more with NUMBA_BOUNDSCHECK=1 these tests show that no kernel leav
 
 import re
 from collections.abc import Callable
+from functools import cache
 from math import cos, exp, pi, sin, sqrt
 from typing import Any, NamedTuple
 
@@ -677,9 +678,12 @@ def test_stop_on_the_ground(step: float) -> None:
 # Slack fabric
 
 
+known_drop = cache(make_drop)
+
+
 def uniform_tensions(e1: float, e2: float, *overrides: str) -> tuple[float, float]:
     """Force per unloaded width (N/m), along the generatrix and around the hoop, of evenly stretched fabric."""
-    drop = make_drop(*overrides)
+    drop = known_drop(*overrides)
     cloth, workspace = drop.model.fabric, drop.workspace
     for edges, e, spacing in ((workspace.generatrix, e1, cloth.h1), (workspace.hoop, e2, cloth.h2)):
         edges.e[:], edges.elastic[:], edges.force[:] = e, 0.0, 1.0 / (spacing * (1.0 + e))

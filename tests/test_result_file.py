@@ -119,7 +119,7 @@ def test_file_of_a_killed_run_is_readable(tmp_path: Path, delay: float) -> None:
     path = tmp_path / "drop.vtkhdf"
     code = """
 import sys, itertools, synthetic_drop as drop, numpy as np
-from softbrake import results
+from softbrake.sim import result_file as results
 results.SECONDS_KEPT = 0.0
 case = drop.case(6, 8, belts=2)
 result = drop.ResultFile.create(sys.argv[1], case, version="1", source_hash="a")
@@ -128,7 +128,7 @@ for k in itertools.count():
     result.add_history(drop.history(np.arange(3.0)))
     print(k, flush=True)
 """
-    paths = os.pathsep.join([str(Path(drop.__file__).parent), str(Path(results.__file__).parents[1])])
+    paths = os.pathsep.join([str(Path(drop.__file__).parent), str(Path(results.__file__).parents[2])])
     process = subprocess.Popen(
         [sys.executable, "-c", code, str(path)], stdout=subprocess.PIPE, text=True, env={**os.environ, "PYTHONPATH": paths}
     )
