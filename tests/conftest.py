@@ -9,7 +9,10 @@ from pathlib import Path
 
 import pytest
 
+os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # small matrices; its threads and xdist's workers would wait for one another
+
 ROOT = Path(__file__).resolve().parents[1]
+PATIENCE = 900.0  # s, after which what hangs is ended; no outcome hangs on it
 
 Command = Callable[..., subprocess.CompletedProcess[str]]
 
@@ -51,7 +54,7 @@ def softbrake(tmp_path: Path, environment: dict[str, str]) -> Command:
             env=environment,
             capture_output=True,
             text=True,
-            timeout=120,
+            timeout=PATIENCE,
         )
 
     return command

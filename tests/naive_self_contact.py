@@ -6,6 +6,10 @@ import numpy as np
 
 from softbrake.core.arrays import Floats, Ints
 
+DIRECTIONS = [(x, y, z) for x in (1, 0, -1) for y in (1, 0, -1) for z in (1, 0, -1) if (x, y, z) > (0, 0, 0)]
+AXES = np.array(sorted(DIRECTIONS, key=lambda way: sum(map(abs, way))), float)  # those of x, y and z first
+AXES /= np.linalg.norm(AXES, axis=1)[:, None]
+
 
 def triangles(places: Floats) -> tuple[Floats, Ints]:
     """Return the four triangles about the centre of each cell of a closed hoop, (faces, 4, 3, 3), and the cells' corner nodes.
@@ -39,29 +43,41 @@ def distance_to_triangle(point: Floats, triangle: Floats) -> float:
 def near_pairs(places: Floats, reach: float) -> set[tuple[int, int]]:
     """Return all pairs (node, face) within reach of each other, but for a face's own corners."""
     parts, corners = triangles(places)
-    found = set()
-    for face in range(len(parts)):
-        for node, point in enumerate(places.reshape(-1, 3)):
-            if node not in corners[face] and min(distance_to_triangle(point, part) for part in parts[face]) <= reach:
-                found.add((node, face))
-    return found
+    points = places.reshape(-1, 3)
+    return {
+        (int(node), int(face))
+        for node, face in near_hulls(points[:, None], parts.reshape(len(parts), -1, 3), reach)
+        if node not in corners[face] and min(distance_to_triangle(points[node], part) for part in parts[face]) <= reach
+    }
+
+
+def near_hulls(some: Floats, others: Floats, reach: float = 0.0) -> Ints:
+    """Return the pairs of convex hulls that no direction of AXES shows to be further apart than reach, (pairs, 2).
+
+    some, others: the points of each hull, (n, k, 3) and (m, l, 3).
+    """
+    (low, high), (other_low, other_high) = (
+        ((hulls @ AXES.T).min(axis=1), (hulls @ AXES.T).max(axis=1)) for hulls in (some, others)
+    )
+    boxes = (low[:, None, :3] <= other_high[:, :3] + reach) & (high[:, None, :3] >= other_low[:, :3] - reach)
+    i, k = np.nonzero(boxes.all(axis=-1))
+    near = ((low[i] <= other_high[k] + reach) & (high[i] >= other_low[k] - reach)).all(axis=-1)
+    return np.stack((i[near], k[near]), axis=-1)
 
 
 def missed_collisions(old: Floats, new: Floats) -> list[tuple[int, int, float]]:
     """Return (node, face, time) of all nodes that pass through a face in a step, all moving evenly from old to new places.
 
-    The volume of node and triangle is a cubic in time, its roots from the companion matrix; only boxes swept are compared first.
+    The volume of node and triangle is a cubic in time, its roots from the companion matrix; hulls swept are compared first.
     """
     before, corners = triangles(old)
     after, _ = triangles(new)
     swept = np.concatenate((before, after), axis=2).reshape(len(before), -1, 3)
-    low, high = swept.min(axis=1), swept.max(axis=1)
     start, end = old.reshape(-1, 3), new.reshape(-1, 3)
-    node_low, node_high = np.minimum(start, end), np.maximum(start, end)
-    meets = ((node_low[:, None] <= high) & (node_high[:, None] >= low)).all(axis=-1)
-    meets[corners, np.arange(len(corners))[:, None]] = False
     found = []
-    for node, face in np.argwhere(meets):
+    for node, face in near_hulls(np.stack((start, end), axis=1), swept):
+        if node in corners[face]:
+            continue
         times = [passing_time(start[node], end[node], before[face, k], after[face, k]) for k in range(4)]
         if min(times) <= 1.0:
             found.append((int(node), int(face), min(times)))
@@ -115,9 +131,9 @@ def near_edges(places: Floats, reach: float) -> set[tuple[tuple[int, ...], tuple
     rows, columns = places.shape[0] - 1, places.shape[1]
     edges, points = edges_of(rows, columns), places.reshape(-1, 3)
     found = set()
-    for i, k in zip(*np.triu_indices(len(edges), 1), strict=True):
+    for i, k in near_hulls(points[edges], points[edges], reach):
         (a, b), (c, d) = edges[i], edges[k]
-        if not {a, b} & {c, d} and distance_of_segments(points[a], points[b], points[c], points[d]) <= reach:
+        if i < k and not {a, b} & {c, d} and distance_of_segments(points[a], points[b], points[c], points[d]) <= reach:
             found.add((tuple(edges[i].tolist()), tuple(edges[k].tolist())))
     return found
 
@@ -127,11 +143,10 @@ def edge_crossings(old: Floats, new: Floats) -> list[tuple[int, int]]:
     edges = edges_of(old.shape[0] - 1, old.shape[1])
     before, after = old.reshape(-1, 3)[edges], new.reshape(-1, 3)[edges]
     swept = np.concatenate((before, after), axis=1)
-    low, high = swept.min(axis=1), swept.max(axis=1)
-    meets = ((low[:, None] <= high) & (high[:, None] >= low)).all(axis=-1)
-    meets &= (edges[:, None, :, None] != edges[None, :, None, :]).all(axis=(2, 3))
     return [
-        (int(i), int(k)) for i, k in np.argwhere(np.triu(meets)) if edges_pass(before[i], before[k], after[i], after[k]) <= 1.0
+        (int(i), int(k))
+        for i, k in near_hulls(swept, swept)
+        if i < k and not {*edges[i]} & {*edges[k]} and edges_pass(before[i], before[k], after[i], after[k]) <= 1.0
     ]
 
 

@@ -59,7 +59,7 @@ def test_a_fault_costs_only_itself(paper: Path) -> None:
 
 def test_a_case_with_a_tolerance_is_climbed(paper: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     summary = softbrake.run(load_case(paper, COARSE))
-    monkeypatch.setattr(batch, "climb", lambda case, tolerance: Refined(case, replace(summary, impact_velocity_error=tolerance)))
+    monkeypatch.setattr(batch, "refine", lambda case, tolerance: Refined(case, replace(summary, impact_velocity_error=tolerance)))
     asked = load_case(paper, [*COARSE, "tolerance=3%"])
     (answer,) = run_batch([asked])
     assert answer.summary is not None and answer.fault is None
@@ -71,7 +71,7 @@ def test_a_case_with_a_tolerance_is_climbed(paper: Path, monkeypatch: pytest.Mon
 def test_a_tolerance_that_is_not_reached_is_a_fault(paper: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     summary = softbrake.run(load_case(paper, COARSE))
     far = replace(summary, impact_velocity_error=0.5, fidelity_reason="the budget")
-    monkeypatch.setattr(batch, "climb", lambda case, tolerance: Refined(case, far))
+    monkeypatch.setattr(batch, "refine", lambda case, tolerance: Refined(case, far))
     (answer,) = run_batch([load_case(paper, [*COARSE, "tolerance=3%"])])
     assert answer.summary is far
     assert answer.fault == "the tolerance of 0.03 was not reached: the budget"

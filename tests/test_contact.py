@@ -57,7 +57,7 @@ def test_random_walk_never_passes(contact: Contact) -> None:
     random = np.random.default_rng(7)
     place = np.array([0.3, 0.2, -0.4])
     met = 0
-    for _ in range(100_000):
+    for _ in range(30_000):
         wish = place + 0.05 * random.standard_normal(3)
         wish *= min(1.0, 2.0 / np.abs(wish).max())
         allowed = np.array(allowed_place(contact, GAP, *place, *wish))
@@ -69,9 +69,10 @@ def test_random_walk_never_passes(contact: Contact) -> None:
         assert not inside
         assert np.linalg.norm(allowed - wish) <= np.linalg.norm(wish - place) + 2 * GAP
         place = allowed
-    assert met > 300
+    assert met > 100
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("contact", "courant"), [("solid", 0.2), ("full", 0.9)])
 def test_drop_with_a_short_narrow_cargo(contact: str, courant: float) -> None:
     """Cloth on the top of the cargo stays there, or slides off: none is thrown out, or inside, in any step."""
@@ -154,6 +155,7 @@ def test_ring_pressed_on_the_side_of_the_cargo_carries_nothing_up() -> None:
     assert z == 0.25
 
 
+@pytest.mark.slow
 def test_impact_velocity_converges_with_the_grid() -> None:
     """Without belts the folding is regular: differences fall with the square of the cell, to less than 0.2 %."""
     found = []

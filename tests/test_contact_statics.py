@@ -114,6 +114,7 @@ def squeezed(stiffness: float, gap: float, columns: int) -> Tube:
     )
 
 
+@pytest.mark.slow
 @pytest.mark.kernels
 @pytest.mark.parametrize("gap", [0.35, 0.25, 0.1])
 def test_inextensible_tube_between_plates(gap: float) -> None:
@@ -126,6 +127,7 @@ def test_inextensible_tube_between_plates(gap: float) -> None:
     assert tube.area == pytest.approx(exact.area, rel=0.001)
 
 
+@pytest.mark.slow
 @pytest.mark.kernels
 @pytest.mark.parametrize("gap", [0.35, 0.25, 0.1])
 def test_stretching_tube_converges_with_second_order(gap: float) -> None:
@@ -142,6 +144,7 @@ def test_stretching_tube_converges_with_second_order(gap: float) -> None:
     assert tube.tension == pytest.approx(exact.tension, rel=1e-3)
 
 
+@pytest.mark.slow
 @pytest.mark.kernels
 def test_contact_force_is_pressure_times_change_of_area() -> None:
     """Virtual work on an inextensible tube: F dh = p dA, with the area of two neighbouring states, that of arcs."""
@@ -193,7 +196,7 @@ def cloth(falling: Simulation) -> tuple[Floats, Floats, Floats]:
 
 
 @pytest.mark.parametrize("law", ["tension_field", "true_tension", "nominal_tension"])
-@pytest.mark.parametrize("rows", [12, 24, 48])
+@pytest.mark.parametrize("rows", [12, 24, pytest.param(48, marks=pytest.mark.slow)])
 def test_shell_between_plates(law: str, rows: int) -> None:
     """Forces, contact, shape and T11. The forces jump as nodes lift off: their error has an envelope of second order.
 

@@ -164,6 +164,7 @@ def quoted() -> dict[str, list[str]]:
     return answers
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("arguments", [command for command, lines in quoted().items() if lines])
 def test_tutorial_quotes_what_the_commands_print(arguments: str, softbrake: Command, tmp_path: Path) -> None:
     (tmp_path / "airdrop.yaml").write_bytes((ROOT / "configs" / "airdrop.yaml").read_bytes())

@@ -132,7 +132,7 @@ def made_up(base: Summary, monkeypatch: pytest.MonkeyPatch) -> MadeUp:
     drops = MadeUp(base)
     monkeypatch.setattr(error_control, "probe", drops.probe)
     monkeypatch.setattr(error_control, "CLOCK", lambda: drops.now)
-    monkeypatch.setattr(error_control, "Drop", lambda of: SimpleNamespace(advance=lambda most: None))  # nothing to compile
+    monkeypatch.setattr(error_control, "Simulation", lambda of: SimpleNamespace(advance=lambda most: None))  # nothing to compile
     return drops
 
 
@@ -706,6 +706,7 @@ def test_interrupt_while_the_result_file_is_written_is_told(
 # Drops as they are
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("tolerance", [0.05, 0.005])
 def test_round_shell_is_answered_by_the_axisymmetric_one(tolerance: float) -> None:
     """Within its error bar of a far finer grid, for the tolerance asked, and no finer than that needs."""
@@ -719,6 +720,7 @@ def test_round_shell_is_answered_by_the_axisymmetric_one(tolerance: float) -> No
         assert found.case.grid.generatrix == 90  # twice 45, the fifth of the coarsest grids
 
 
+@pytest.mark.slow
 def test_slack_fabric_that_crumples_is_answered_by_full_shells_and_kept(tmp_path: Path) -> None:
     """Free fall: it does not stay round, and weighs nearly nothing. The file holds the member nearest the mean."""
     falling = case("free-fall", "tolerance=1%")
@@ -734,6 +736,7 @@ def test_slack_fabric_that_crumples_is_answered_by_full_shells_and_kept(tmp_path
     assert f"{-history['velocity'][-1]:.4g} m/s" in str(summary.fidelity_reason)
 
 
+@pytest.mark.slow
 def test_hoops_in_compression_are_for_the_full_shell_where_they_buckle() -> None:
     """Without contact of the cover the axisymmetric shell, which cannot buckle, answers less than the full one."""
     buckling = case("no-belts", "fabric.law=nominal_tension", "fabric.slack=compression", "contact=paper")
@@ -754,6 +757,7 @@ def test_climb_takes_the_courant_number_that_the_damping_allows() -> None:
     assert level(case("no-belts", "fabric.viscosity=0"), "axisymmetric", 36, 720).time.courant == 0.35
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "grid",
     [
@@ -772,6 +776,7 @@ def test_error_bar_holds(grid: tuple[str, ...]) -> None:
 # The command
 
 
+@pytest.mark.slow
 def test_command_prints_and_keeps_what_was_tried(softbrake: Command, tmp_path: Path) -> None:
     ran = softbrake("run", NO_BELTS, "--set", SOLID, "--tolerance", "2%", "--json")
     assert ran.returncode == 0, ran.stderr

@@ -35,6 +35,7 @@ def test_courant_number_above_the_bound() -> None:
     assert held_motion(inflated("fabric.viscosity=0"), 0.95).max() < 1e-3
 
 
+@pytest.mark.slow
 def test_lagged_viscosity_beyond_its_limit() -> None:
     """The undamped limit is sqrt(1 + xi²) + xi times too long, xi the damping ratio of the shortest wave."""
     factor = viscosity_ignored(2.0)
@@ -48,8 +49,8 @@ def test_without_shear_stiffness_tension_alone_holds_a_twist() -> None:
 
     def frequency(modulus: float) -> float:
         times, turn = twist(modulus)
-        missed_collisions = times[1:][(turn[1:] > 0) & (turn[:-1] <= 0)]
-        return float((len(missed_collisions) - 1) / (missed_collisions[-1] - missed_collisions[0]))
+        upwards = times[1:][(turn[1:] > 0) & (turn[:-1] <= 0)]
+        return float((len(upwards) - 1) / (upwards[-1] - upwards[0]))
 
     soft, stiff = frequency(0), frequency(2000)
     assert soft == pytest.approx(sqrt(1640 / 0.05) / 1.2, rel=0.1)
@@ -98,6 +99,7 @@ def test_nearly_degenerate_cell_recovers() -> None:
         assert speeds[-100:].max() < 0.1 * speeds[0:10].max()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("courant", "steps", "drift"), [("auto", 1_000_000, 0.1), ("0.05", 7_200_000, 0.01)])
 def test_million_steps(courant: str, steps: int, drift: float) -> None:
     """Energy and momentum do not drift: the works booked are what fabric and gas store, to a share of the energy of motion.

@@ -10,9 +10,9 @@ from test_belt_contact import groove
 
 import softbrake
 from softbrake.case.case_file import CaseError, load_case
-from softbrake.core.arrays import PAD, Floats, Outcome, Peak, State
+from softbrake.core.arrays import PAD, Floats, Outcome, Peak, State, Step
 from softbrake.core.columns import History
-from softbrake.core.loop.meridian import advance_meridian, stable_step_of_meridian
+from softbrake.core.loop.meridian import advance_meridian, press_meridian, rub_meridian, stable_step_of_meridian
 from softbrake.core.loop.step import advance
 from softbrake.core.obstacles import GAP
 from softbrake.sim.build import grid_view, meridian_view
@@ -242,6 +242,33 @@ def test_momentum_changes_by_gravity_and_ground_only(contact: str) -> None:
     assert falling.now(History.WORK_GROUND) < 0.0
     assert momentum() - before == pytest.approx(impulse, abs=1e-11 * abs(before))
     assert abs(impulse) > 10.0
+
+
+# --- friction --------------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("friction", [0.1, 0.5])
+def test_friction_on_the_meridian_is_coulomb_s(friction: float) -> None:
+    """On the ground and under the cover a node loses µ times the impulse that stops it over its mass, at most all it has."""
+    length = 1e-4
+    for parts, place in (("[ground]", 0.0), ("[cover]", 0.6)):
+        falling = drop("no-belts", *COARSE, *PARTS["axisymmetric"], f"contact={parts}", f"friction={friction}")
+        model, nodes, meridian = falling.model, meridian_view(falling.state.nodes, falling.model), falling.workspace
+        step = Step(length, length, 0.0, 0.6, 0.6, GAP)
+        speed = np.full(model.n1 - 1, 2.0)
+        speed[::2] = -0.01  # stops
+        nodes.x[:], nodes.u[1:-1], nodes.w[1:-1] = 0.2, speed, 0.0
+        if place:  # flown a millimetre past it
+            nodes.z[1:-1], nodes.w[1:-1] = 0.6 + 1e-3, 20.0
+            press_meridian(nodes, meridian, model.contact, step, model.mass, model.n1)
+            stopped = (1e-3 + GAP) / length
+        else:
+            stopped = 3.0
+            meridian.ground_impulse[1 : model.n1] = stopped * model.mass[1:-1]
+            rub_meridian(nodes, meridian, model.contact, model.mass, length, model.n1)
+        expected = np.sign(speed) * np.maximum(np.abs(speed) - friction * stopped, 0.0)
+        assert nodes.u[1:-1] == pytest.approx(expected, rel=1e-9, abs=1e-12)
+        assert nodes.x[1:-1] == pytest.approx(0.2 + length * (expected - speed), rel=1e-12)
 
 
 # --- the axis --------------------------------------------------------------------------------------------------------------

@@ -13,7 +13,7 @@ from softbrake.case.case import Case
 from softbrake.case.case_file import load_case
 from softbrake.core.arrays import Floats, Outcome, Peak
 from softbrake.core.columns import History
-from softbrake.core.loop.time_loop import FILTER_TIME
+from softbrake.core.loop.time_loop import FILTER_TIME, filter_deceleration
 from softbrake.sim.filters import COLUMNS, CORNER, SAMPLES, filtered, filtered_peaks, filtered_slope, low_pass, unfit
 from softbrake.sim.result_file import read_history, read_summary
 from softbrake.sim.simulation import Simulation
@@ -194,6 +194,20 @@ def test_filtered_peaks_of_a_record_by_phase() -> None:
 
 
 # Phases in the kernels
+
+
+@pytest.mark.kernels
+def test_low_pass_of_the_peak_deceleration_is_one_of_1_khz() -> None:
+    """A sine of 1 kHz comes out 1/√2 as high; one of 100 Hz all but whole."""
+    length = 2e-6
+    for frequency, gain in ((1000.0, sqrt(0.5)), (100.0, 1.0 / sqrt(1.01))):
+        state, passed = Simulation(case("model.fidelity=lumped")).state, []
+        for n in range(round(2.0 / frequency / length)):
+            state.now[History.ACCELERATION] = sin(2.0 * pi * frequency * n * length)
+            filter_deceleration(state, length, 0.0)
+            state.steps[0] += 1
+            passed.append(state.filtered_deceleration[0])
+        assert max(passed[len(passed) // 2 :]) == pytest.approx(gain, rel=0.01)
 
 
 @pytest.mark.kernels

@@ -83,6 +83,7 @@ def test_mylar_integrals_give_the_published_values() -> None:
     assert (length / 2, thickness / 2, volume) == pytest.approx((1.3110287771, 0.5990701173, 2.745812), rel=1e-6)
 
 
+@pytest.mark.slow
 def test_mylar_balloon() -> None:
     """The stiff limit of fabric whose hoops carry nothing: covers that replace both poles feel no force."""
     radius, cut = 0.3, 0.1
@@ -165,6 +166,7 @@ def test_faults(overrides: tuple[str, ...], fault: str) -> None:
     assert fault in caught.value.faults[0]
 
 
+@pytest.mark.slow
 def test_a_law_that_starts_without_pressure_inflates_by_its_largest(softbrake: Command, paper: Path) -> None:
     """As `stability` does, and says so; a drop from the inflated shape is another matter."""
     small = ("--set", "grid={generatrix: 8, hoop: 16}", "--set", "belts.width=30 mm", "--set", "initial=unloaded")

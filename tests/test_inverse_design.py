@@ -106,6 +106,7 @@ def test_other_paths_and_answers() -> None:
     assert found.value == pytest.approx(sqrt(1.0 + 2 * HEIGHT * (15696.0 * AREA / MASS - GRAVITY)), rel=2 * WIDTH)
 
 
+@pytest.mark.slow
 def test_shell_stops_at_the_pressure_found_and_its_bar_holds() -> None:
     """The full stop of the axisymmetric shell: a run with the value stops, one a little below does not; finer grids agree."""
     found = find(ask(open_case(NO_BELTS, [AXISYMMETRIC])))
@@ -124,6 +125,7 @@ def test_values_at_which_the_fabric_bursts_do_no_harm() -> None:
     assert soft.summary.outcome == "stopped"
 
 
+@pytest.mark.slow
 def test_tolerance_chooses_the_level_and_checks_the_value_found(monkeypatch: pytest.MonkeyPatch) -> None:
     """By two refinements, made up: of the case, and of it with the value found."""
     refined: list[float] = []
@@ -295,6 +297,7 @@ def test_quantities_are_what_the_file_gives() -> None:
 # The command
 
 
+@pytest.mark.slow
 def test_command_prints_what_it_found(softbrake: Command, tmp_path: Path) -> None:
     done = softbrake("design", NO_BELTS, "--set", LUMPED)
     assert done.returncode == 0, done.stderr
@@ -313,6 +316,7 @@ def test_command_prints_what_it_found(softbrake: Command, tmp_path: Path) -> Non
     assert list(tmp_path.iterdir()) == []
 
 
+@pytest.mark.slow
 def test_command_refuses(softbrake: Command, tmp_path: Path) -> None:
     done = softbrake("design", NO_BELTS, "--set", LUMPED, "--range", "1kPa:5kPa", "-q")
     assert (done.returncode, done.stdout) == (1, "")

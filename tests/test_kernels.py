@@ -5,6 +5,7 @@ Compiled once more with NUMBA_BOUNDSCHECK=1 these tests show that no kernel leav
 
 import re
 from collections.abc import Callable
+from functools import cache
 from math import cos, exp, pi, sin, sqrt
 from typing import Any, NamedTuple
 
@@ -24,23 +25,30 @@ from softbrake.core.arrays import (
     Cells,
     Edges,
     Floats,
+    GasPressure,
     Law,
     Model,
     Nodes,
     Outcome,
     Peak,
-    Pressure,
     PressureLaw,
     Vectors,
 )
 from softbrake.core.columns import History
-from softbrake.core.jit import NoAlias, kernel
+from softbrake.core.inlining import NoAlias
+from softbrake.core.jit import kernel
+from softbrake.core.loop.contact_work import halve_jumps
 from softbrake.core.loop.fields import sample_fields
+from softbrake.core.loop.ledger import add_shear_work
+from softbrake.core.loop.push import lying_area
 from softbrake.core.loop.step import advance
 from softbrake.core.loop.step_size import stable_step
 from softbrake.core.loop.time_loop import FILTER_TIME, event_time
-from softbrake.core.membrane import tension as fabric
-from softbrake.core.membrane.edges import clear_forces
+from softbrake.core.membrane.belts import add_belt_forces, update_belt_tension
+from softbrake.core.membrane.edges import add_cell_forces, clear_forces, update_edge_forces
+from softbrake.core.membrane.shear import add_diagonal_tension, add_shear_forces, update_shear
+from softbrake.core.membrane.tension import update_cell_tension, update_generatrix_tension, update_hoop_tension
+from softbrake.sim.build import _pulls as row_pulls
 from softbrake.sim.build import grid_view
 from softbrake.sim.simulation import Simulation
 
@@ -208,10 +216,10 @@ def test_edge_tensions_and_forces(shell: Shell) -> None:
     tension = np.zeros(model.stride)
     for i in range(model.n1):
         here, above = at(model, i), at(model, i + 1)
-        fabric.update_generatrix_tension(cloth, g, h, tension, here, here, above, model.n2)
+        update_generatrix_tension(cloth, g, h, tension, here, here, above, model.n2)
         close(tension[PAD : PAD + model.n2], generatrix.whole[i])
         if i > 0:
-            fabric.update_hoop_tension(cloth, h, g, tension, here, at(model, i - 1), here, model.n2)
+            update_hoop_tension(cloth, h, g, tension, here, at(model, i - 1), here, model.n2)
             close(tension[PAD : PAD + model.n2], hoop.whole[i - 1])
     for held in (0, model.n1):
         clear_forces(h, at(model, held), model.n2)
@@ -221,7 +229,7 @@ def test_edge_tensions_and_forces(shell: Shell) -> None:
         # Hoops of rows 0 and n1, which are held, have no forces here, nor has row n1 of generatrix edges: it serves as row -1.
         row, forces = Vectors(*(np.zeros(model.stride) for _ in Vectors._fields)), []
         for i in range(model.n1 + 1):
-            fabric.update_edge_forces(g, h, row, at(model, i), at(model, i - 1 if i > 0 else model.n1), at(model, i), model.n2)
+            update_edge_forces(g, h, row, at(model, i), at(model, i - 1 if i > 0 else model.n1), at(model, i), model.n2)
             forces.append(on_row(row, model))
         return np.array(forces)
 
@@ -236,14 +244,14 @@ def test_cell_tensions_and_forces(shell: Shell) -> None:
     tension_1, tension_2 = np.zeros(model.stride), np.zeros(model.stride)
     for i in range(model.n1):
         here, above = at(model, i), at(model, i + 1)
-        fabric.update_cell_tension(cloth, g, h, cells, tension_1, tension_2, here, here, above, here, model.n2)
+        update_cell_tension(cloth, g, h, cells, tension_1, tension_2, here, here, above, here, model.n2)
         close(tension_1[PAD : PAD + model.n2], generatrix.whole[i])
         close(tension_2[PAD : PAD + model.n2], hoop.whole[i])
 
     def forces(cells: Cells) -> Floats:
         def add(i: int, row: Vectors, above: Vectors) -> None:
             here, upper = at(model, i), at(model, i + 1)
-            fabric.add_cell_forces(g, h, cells, row, above, here, here, upper, here, model.n2)
+            add_cell_forces(g, h, cells, row, above, here, here, upper, here, model.n2)
 
         return gather(model, range(model.n1), add)
 
@@ -259,11 +267,11 @@ def test_shear_forces(shell: Shell) -> None:
 
     def add(i: int, row: Vectors, above: Vectors) -> None:
         here, upper = at(model, i), at(model, i + 1)
-        wrinkled.append(fabric.update_shear(cloth, g, h, cells, here, here, upper, here, model.n2))
-        fabric.add_shear_forces(g, h, cells, row, above, here, here, upper, here, model.n2)
+        wrinkled.append(update_shear(cloth, g, h, cells, here, here, upper, here, model.n2))
+        add_shear_forces(g, h, cells, row, above, here, here, upper, here, model.n2)
         if wrinkled[-1]:
-            fabric.add_diagonal_tension(cloth, g, h, cells, *tensions, here, here, upper, here, model.n2, False)
-            fabric.add_cell_forces(g, h, cells, row, above, here, here, upper, here, model.n2)
+            add_diagonal_tension(cloth, g, h, cells, *tensions, here, here, upper, here, model.n2, False)
+            add_cell_forces(g, h, cells, row, above, here, here, upper, here, model.n2)
 
     close(gather(model, range(model.n1), add), naive.shear_forces(cloth, shell.x))
     assert any(wrinkled) == (cloth.law == Law.TENSION_FIELD)
@@ -280,9 +288,9 @@ def test_belt_tensions_and_forces(shell: Shell) -> None:
                 return
             belt, tension = BeltRow(*(np.zeros(model.stride) for _ in BeltRow._fields)), np.zeros(model.stride)
             here, below = at(model, i), at(model, i - 1)
-            fabric.update_belt_tension(model.belts, i, h, g, belt, tension, here, below, here, model.n2)
+            update_belt_tension(model.belts, i, h, g, belt, tension, here, below, here, model.n2)
             close(tension[PAD : PAD + model.n2], loads.whole[i - 1] / model.belts.width[i])
-            fabric.add_belt_forces(belt._replace(force=getattr(belt, which)), h, row, here, model.n2)
+            add_belt_forces(belt._replace(force=getattr(belt, which)), h, row, here, model.n2)
 
         return gather(model, range(model.n1), add)
 
@@ -296,9 +304,9 @@ def test_belt_tensions_and_forces(shell: Shell) -> None:
 
 NONE = np.array([])
 LAWS = {
-    "constant": Pressure(PressureLaw.CONSTANT, 15e3, 0.0, 0.0, NONE, NONE, 0.0, 15e3),
-    "sine": Pressure(PressureLaw.SINE, 15e3, 0.05, 0.2, NONE, NONE, 0.0, 15e3),
-    "table": Pressure(PressureLaw.TABLE, 0.0, 0.0, 0.0, np.array([0.01, 0.05, 0.2]), np.array([5e3, 15e3, -1e3]), 0.0, 15e3),
+    "constant": GasPressure(PressureLaw.CONSTANT, 15e3, 0.0, 0.0, NONE, NONE, 0.0, 15e3),
+    "sine": GasPressure(PressureLaw.SINE, 15e3, 0.05, 0.2, NONE, NONE, 0.0, 15e3),
+    "table": GasPressure(PressureLaw.TABLE, 0.0, 0.0, 0.0, np.array([0.01, 0.05, 0.2]), np.array([5e3, 15e3, -1e3]), 0.0, 15e3),
 }
 
 
@@ -322,6 +330,54 @@ def test_damped_pressure(shell: Shell) -> None:
             flat[PAD : PAD + model.n2] = area[i, :, component]
         pressure.update_damped_pressure(law, 15e3, shell.nodes, rows, found, at(model, i), model.n2)
         close(found[: model.n2], expected[i])
+
+
+# On the ground
+
+
+def test_lying_area_is_the_load_that_the_ground_bears() -> None:
+    """Cloth at rest under gas and weight: all of its area; half of that load borne: half; never more than there is."""
+    area, gas, weight = 2e-4, 15e3, 0.01
+    load = area * gas + weight
+    for borne, part in ((0.0, 0.0), (0.5 * load, 0.5), (load, 1.0), (3.0 * load, 1.0)):
+        assert lying_area(area, gas, weight, borne) == pytest.approx(part * area, rel=1e-15)
+    assert lying_area(area, 0.0, 0.0, 0.0) == 0.0
+
+
+# Works
+
+
+def test_shear_work_is_that_of_the_shear_forces() -> None:
+    """By the cells, T12 times what they are sheared, and by the nodes, forces times velocities: the same sum over the shell."""
+    shell = out_of_shape(*VARIANTS["edge, nominal, compression"])
+    model, (g, h, cells) = shell.model, whole_grid(shell.model, shell.nodes)
+    dt, mean, elastic = (
+        1e-3,
+        shell.drop.workspace.mean._make(np.zeros((3, model.stride * (model.n1 + 1)))),
+        np.zeros(model.stride),
+    )
+    for part, values in zip(mean, np.moveaxis(shell.v, -1, 0), strict=True):
+        part.reshape(len(values), -1)[:, PAD - 1 : PAD + model.n2 + 1] = np.pad(values, ((0, 0), (1, 1)), mode="wrap")
+    for i in range(model.n1):
+        here, above = at(model, i), at(model, i + 1)
+        update_shear(model.fabric, g, h, cells, here, here, above, here, model.n2)
+        add_shear_work(g, h, cells, mean, elastic, here, here, above, here, here, above, dt, model.n2)
+    expected = dt * (naive.shear_forces(model.fabric, shell.x) * shell.v).sum()
+    assert abs(expected) > 1e-3
+    assert elastic[: model.n2].sum() == pytest.approx(expected, rel=1e-12)
+
+
+def test_half_of_a_jump_is_in_the_mean_of_the_velocities() -> None:
+    """So a force works over it what it would over the mean of before and after: F (v + v')/2 is F v + F (v' - v)/2."""
+    shell = out_of_shape(*VARIANTS["edge"])
+    model, row = shell.model, shell.drop.workspace.mean._make
+    free, mean = (row(np.zeros((3, shell.nodes.x.size))) for _ in range(2))
+    for part, values in zip(free, shell.nodes[3:], strict=True):
+        part[:] = 0.25 * values
+    halve_jumps(shell.nodes, free, mean, at(model, 2), at(model, 0), model.n2)
+    for part, values in zip(mean, np.moveaxis(shell.v, -1, 0), strict=True):
+        half = 0.5 * 0.75 * values[2]
+        assert part[PAD - 1 : PAD + model.n2 + 1] == pytest.approx(np.pad(half, 1, mode="wrap"), rel=1e-15, abs=1e-15)
 
 
 # The step
@@ -389,12 +445,27 @@ def test_stable_step_of_a_light_stiff_belt(stiff: str, nu12: float) -> None:
     assert stable_step(drop.model, shell.nodes, drop.workspace) == pytest.approx(expected, rel=1e-12)
 
 
+def test_weights_of_rows_bound_a_chain_from_above() -> None:
+    """Edges of stiffness 1 between rows of any masses: never below the largest eigenvalue, and nearer than without weights."""
+    random, nearer = np.random.default_rng(3), []
+    for _ in range(100):
+        light = random.choice([1.0, 10.0], 9) * random.uniform(1.0, 2.0, 9)
+        per_mass = np.concatenate(([0.0], light, [0.0]))
+        stiffness = 2.0 * np.eye(9) - np.eye(9, k=1) - np.eye(9, k=-1)
+        exact = np.linalg.eigvals(light[:, None] * stiffness).real.max()
+        below, above = row_pulls(per_mass, np.zeros(11))
+        bound, even = (below + above)[1:-1].max(), (2.0 * light + np.convolve(per_mass, [1.0, 0.0, 1.0], "valid")).max()
+        assert exact * (1.0 - 1e-12) <= bound <= even
+        nearer.append((bound - exact) / (even - exact))
+    assert np.mean(nearer) < 0.5
+
+
 def test_stable_step_of_an_unstretched_sheet() -> None:
     """(3.3), with c^2 = E/ρ: h/c; a chain of five nodes between held ends may take a little more, 2/ω of its fastest wave."""
     drop = make_drop("fabric.nu12=0", "fabric.G12=0", "fabric.viscosity=0", "pressure={law: constant, value: 0}", "belts=[]")
-    fabric_ = drop.model.fabric
-    infinite = fabric_.h1 / sqrt(20e3 / 0.05)
-    assert infinite < fabric_.h2 / sqrt(16e3 / 0.05)
+    cloth = drop.model.fabric
+    infinite = cloth.h1 / sqrt(20e3 / 0.05)
+    assert infinite < cloth.h2 / sqrt(16e3 / 0.05)
     exact = infinite / cos(pi / (2 * drop.model.n1))
     assert 0.99 * exact < stable_step(drop.model, drop.state.nodes, drop.workspace) <= exact
     assert infinite < 0.97 * exact
@@ -489,7 +560,7 @@ def test_cases_differ_in_values_not_in_types() -> None:
 
 
 def test_noalias_reaches_the_compiler() -> None:
-    """jit.NoAlias sets a flag of Numba's that has no public name."""
+    """inlining.NoAlias sets a flag of Numba's that has no public name."""
 
     def add(a: Floats, b: Floats) -> None:
         for i in range(a.size):
@@ -608,17 +679,18 @@ def test_stop_on_the_ground(step: float) -> None:
 # Slack fabric
 
 
+known_drop = cache(make_drop)
+
+
 def uniform_tensions(e1: float, e2: float, *overrides: str) -> tuple[float, float]:
     """Force per unloaded width (N/m), along the generatrix and around the hoop, of evenly stretched fabric."""
-    drop = make_drop(*overrides)
+    drop = known_drop(*overrides)
     cloth, workspace = drop.model.fabric, drop.workspace
     for edges, e, spacing in ((workspace.generatrix, e1, cloth.h1), (workspace.hoop, e2, cloth.h2)):
         edges.e[:], edges.elastic[:], edges.force[:] = e, 0.0, 1.0 / (spacing * (1.0 + e))
     row = np.uint64(PAD)
-    fabric.update_generatrix_tension(
-        cloth, workspace.generatrix, workspace.hoop, workspace.tension_1, row, row, row, drop.model.n2
-    )
-    fabric.update_hoop_tension(cloth, workspace.hoop, workspace.generatrix, workspace.tension_2, row, row, row, drop.model.n2)
+    update_generatrix_tension(cloth, workspace.generatrix, workspace.hoop, workspace.tension_1, row, row, row, drop.model.n2)
+    update_hoop_tension(cloth, workspace.hoop, workspace.generatrix, workspace.tension_2, row, row, row, drop.model.n2)
     one = workspace.generatrix.force[PAD] * cloth.h1 * (1.0 + e1) / cloth.h2
     two = workspace.hoop.force[PAD] * cloth.h2 * (1.0 + e2) / cloth.h1
     return float(one), float(two)
@@ -663,8 +735,8 @@ def shear_of(e1: float, e2: float, angle: float, g12: float) -> tuple[float, flo
     cells, row = Cells(*(np.zeros(4 * PAD) for _ in Cells._fields)), np.uint64(2 * PAD)
     edges[0].z[:], edges[0].x[:] = 0.1 * (1.0 + e1) * cos(angle), 0.1 * (1.0 + e1) * sin(angle)
     edges[1].x[:] = 0.1 * (1.0 + e2)
-    wrinkled = fabric.update_shear(cloth, *edges, cells, row, row, row, row, 1)
-    fabric.add_diagonal_tension(cloth, *edges, cells, *np.zeros((2, 4 * PAD)), row, row, row, row, 1, False)
+    wrinkled = update_shear(cloth, *edges, cells, row, row, row, row, 1)
+    add_diagonal_tension(cloth, *edges, cells, *np.zeros((2, 4 * PAD)), row, row, row, row, 1, False)
     assert wrinkled == (cells.force_1[row] > 0.0 or (wrinkled and e1 < 0.0 and e2 < 0.0))
     return 4.0 * float(cells.shear[row]), 4.0 * float(cells.force_1[row])
 
@@ -698,8 +770,8 @@ def test_sheared_cloth_has_a_potential() -> None:
         cells, row = Cells(*(np.zeros(4 * PAD) for _ in Cells._fields)), np.uint64(2 * PAD)
         r1, r2 = np.array([(1.0 + a) * sin(c), (1.0 + a) * cos(c)]), np.array([1.0 + b, 0.0])
         edges[0].x[:], edges[0].z[:], edges[1].x[:] = 0.1 * r1[0], 0.1 * r1[1], 0.1 * r2[0]
-        fabric.update_shear(cloth, *edges, cells, row, row, row, row, 1)
-        fabric.add_diagonal_tension(cloth, *edges, cells, *np.zeros((2, 4 * PAD)), row, row, row, row, 1, False)
+        update_shear(cloth, *edges, cells, row, row, row, row, 1)
+        add_diagonal_tension(cloth, *edges, cells, *np.zeros((2, 4 * PAD)), row, row, row, row, 1, False)
         t12, t1, t2 = (4.0 * float(part[row]) for part in (cells.shear, cells.force_1, cells.force_2))
         works.append((np.concatenate((r1, r2)), np.concatenate((t1 * r1 + t12 * r2, t2 * r2 + t12 * r1))))
     places, forces = (np.array(part) for part in zip(*works, strict=True))

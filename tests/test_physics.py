@@ -234,7 +234,7 @@ def test_shooting_gives_the_printed_values(law: str) -> None:
 @pytest.mark.parametrize("law", STATIC)
 def test_static_cylinder(law: str, fidelity: str) -> None:
     exact = exact_cylinder(law)
-    found = relaxed_cylinder(law, rows=112, columns=150, end=0.02, fidelity=fidelity)
+    found = relaxed_cylinder(law, rows=112, columns=24, end=0.02, fidelity=fidelity)
     assert found == pytest.approx(exact, rel=1e-3)
     assert COVER - found.pull == pytest.approx(COVER - exact.pull, rel=1e-3)
 
@@ -448,13 +448,14 @@ def test_configs_give_the_stored_velocities(config: str) -> None:
     assert -falling.now(History.VELOCITY) == pytest.approx(AT_20_MS[config], rel=1e-9)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("config", sorted(path.stem for path in CONFIGS.glob("*.yaml")))
 def test_configs_reach_the_ground(config: str) -> None:
     """Slower than by free fall, or not at all; the paper's case at 4.14 m/s, within what rounding may do to a crumpled shell.
 
     Full-stop pressure stops the cargo where the shell cannot pass through it.
     """
-    coarse = ("grid.generatrix=18", "grid.hoop=45") if config == "paper-contact" else ()  # folds take time
+    coarse = ("grid.generatrix=18", "grid.hoop=45") if config in ("belts-list", "paper-contact") else ()  # folds take time
     falling = drop(*coarse, config=config)
     _, outcome = finish(falling)
     assert outcome == (Outcome.STOPPED if config == "sine" else Outcome.IMPACT)

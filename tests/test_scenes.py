@@ -126,6 +126,7 @@ def test_stiff_cloth_ends(modulus: int, number: int) -> None:
     assert answer.impact_velocity == pytest.approx(3.2, abs=0.1)
 
 
+@pytest.mark.slow
 def test_error_bar_of_a_fast_drop_holds_a_far_finer_grid() -> None:
     answer = error_control.run(case(FAST), with_error_bar=True)
     fine = drop.simulate(case(FAST, cells(240)))
@@ -150,6 +151,7 @@ def drawn() -> Callable[[int, float], Summary]:
     return answer
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("damping", [0.03, 0.0])
 def test_drawn_scenes_end_and_make_no_energy(damping: float, drawn: Callable[[int, float], Summary]) -> None:
     """Cloth that starts and ends slack has given nothing; the work of one that stops is what it stores, taken from the gas."""
@@ -163,6 +165,7 @@ def test_drawn_scenes_end_and_make_no_energy(damping: float, drawn: Callable[[in
         assert abs(answer.energy_error) < 1e-9, seed
 
 
+@pytest.mark.slow
 def test_hoop_tensions_of_drawn_scenes_are_those_of_twice_as_many_cells(drawn: Callable[[int, float], Summary]) -> None:
     """Within 5 %, but for four scenes: there the swing after the first, of the wall's foot, is the larger one on 72 cells."""
     off = {}
@@ -200,7 +203,9 @@ model: {{fidelity: axisymmetric}}
 # Contact
 
 
-@pytest.mark.parametrize("grid", ["{generatrix: 12, hoop: 30}", "{generatrix: 24, hoop: 60}"])
+@pytest.mark.parametrize(
+    "grid", ["{generatrix: 12, hoop: 30}", pytest.param("{generatrix: 24, hoop: 60}", marks=pytest.mark.slow)]
+)
 def test_slack_cloth_takes_no_more_momentum_than_its_own_mass_has(grid: str) -> None:
     """No gas: all that brakes the cargo is cloth that is picked up, and at most brought to the cargo's velocity."""
     of = case(STIFF, "fabric.E=20 kN/m", "cargo.mass=1 kg", "pressure.value=0 Pa", f"grid={grid}", "contact=full")
@@ -294,6 +299,7 @@ def test_run_warns_of_coarse_grids(tall: Path) -> None:
 # Doubt
 
 
+@pytest.mark.slow
 def test_energy_from_nowhere_is_said_with_its_source(tmp_path: Path, softbrake: Command) -> None:
     """(2.9) as printed has no potential; the default law, on the same scene, makes none."""
     file = tmp_path / "scene.yaml"

@@ -92,6 +92,7 @@ def test_near_a_full_stop_slopes_are_as_exact_as_far_from_it(share: float) -> No
     assert found.steps["impact_velocity"] == (STEPS[1] if share < 0.99 else NARROW[1])
 
 
+@pytest.mark.slow
 def test_inputs_that_lose_an_answer_come_first(softbrake: Command) -> None:
     """At 0.05 % below the full stop, the least step stops the cargo."""
     case = [LUMPED, f"pressure.value={0.9995 * FULL_STOP}"]
@@ -116,6 +117,7 @@ def test_inputs_that_must_fit_each_other_are_named(tmp_path: Path) -> None:
     assert not sensitivities(open_case(NO_BELTS, alone), softbrake.run(load_case(NO_BELTS, alone))).left_out
 
 
+@pytest.mark.slow
 def test_tolerance_varies_the_level_that_it_chose() -> None:
     case = ["tolerance=2%", "contact=[ground, cover, cargo]"]
     base = softbrake.run(load_case(NO_BELTS, case))

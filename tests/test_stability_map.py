@@ -3,13 +3,12 @@
 import json
 import re
 import signal
-import time
 from pathlib import Path
 
 import naive
 import numpy as np
 import pytest
-from conftest import Command, start
+from conftest import PATIENCE, Command, start
 from typer.testing import CliRunner
 
 import softbrake
@@ -48,30 +47,54 @@ def limit(by_place: Floats, by_velocity: Floats) -> float:
     size = len(by_place)
     flips = np.linalg.eigvals(np.block([[np.zeros((size, size)), np.eye(size)], [-by_place, -by_velocity]]))
     real = flips[np.abs(flips.imag) < 1e-6 * np.abs(flips).max()].real
-    return 2.0 / float(real.max())
+    return 2.0 / float(real.max(initial=1e-300))
 
 
-def slopes_of_shell(falling: Simulation) -> tuple[Floats, Floats]:
-    """Of the accelerations by places and velocities, from differences of the slow twins' forces."""
+def slopes_of_columns(falling: Simulation, columns: int) -> Floats:
+    """Of the accelerations (rows, n2, 3) by places and velocities of the first columns, from differences of the twins' forces.
+
+    (2, rows, n2, 3, rows, columns, 3).
+    """
     model = falling.model
-    views = [grid_view(part, model) for part in falling.state.nodes]
-    x = np.stack(views[:3], axis=-1)
-    rest, size = np.zeros_like(x), x[1:-1].size
+    x = np.stack([grid_view(part, model) for part in falling.state.nodes[:3]], axis=-1)
+    rest, shape = np.zeros_like(x), x[1:-1].shape
 
     def acceleration(x: Floats, v: Floats) -> Floats:
-        return (sum(naive.forces_of(model, x, v, 0.0).values()) / model.mass[:, None, None])[1:-1].ravel()
+        return (sum(naive.forces_of(model, x, v, 0.0).values()) / model.mass[:, None, None])[1:-1]
 
-    by_place, by_velocity = np.empty((size, size)), np.empty((size, size))
-    for k in range(size):
+    slopes = np.empty((2, *shape, shape[0], columns, 3))
+    for at in np.ndindex(slopes.shape[4:]):
         change = np.zeros_like(x)
-        change[1:-1].flat[k] = 1e-6
-        by_place[:, k] = (acceleration(x + change, rest) - acceleration(x - change, rest)) / 2e-6
-        by_velocity[:, k] = (acceleration(x, change) - acceleration(x, -change)) / 2e-6
-    return by_place, by_velocity
+        change[1:-1][at] = 1e-6
+        slopes[0, ..., *at] = (acceleration(x + change, rest) - acceleration(x - change, rest)) / 2e-6
+        slopes[1, ..., *at] = (acceleration(x, change) - acceleration(x, -change)) / 2e-6
+    return slopes
+
+
+def limit_of_any_shell(falling: Simulation) -> float:
+    slopes = slopes_of_columns(falling, falling.model.n2)
+    size = int(np.sqrt(slopes[0].size))
+    return limit(*slopes.reshape(2, size, size))
+
+
+def slopes_of_shell(falling: Simulation) -> list[tuple[Floats, Floats]]:
+    """By places and velocities, of a shell whose columns are all alike: a block for each harmonic around the hoop.
+
+    Seen along radius and hoop all columns answer as the first does, so that harmonics do not mix.
+    """
+    slopes = slopes_of_columns(falling, 1)[..., 0, :]
+    angle = 2.0 * np.pi * np.arange(falling.model.n2) / falling.model.n2
+    turn = np.zeros((len(angle), 3, 3))
+    turn[:, 0, 0] = turn[:, 1, 1] = np.cos(angle)
+    turn[:, 0, 1], turn[:, 1, 0], turn[:, 2, 2] = np.sin(angle), -np.sin(angle), 1.0
+    harmonics = np.fft.fft(np.einsum("jab,kijbmc->jkiamc", turn, slopes), axis=0)
+    size = 3 * slopes.shape[1]
+    return [tuple(block) for block in harmonics.reshape(len(angle), 2, size, size)[: len(angle) // 2 + 1]]
 
 
 def limit_of_shell(falling: Simulation) -> float:
-    return limit(*slopes_of_shell(falling))
+    """The others are complex conjugates of these harmonics."""
+    return min(limit(*block) for block in slopes_of_shell(falling))
 
 
 def limit_of_meridian(falling: Simulation) -> float:
@@ -142,15 +165,27 @@ def test_bound_of_an_inflated_shell_is_safe_and_tight(name: str, scheme: str) ->
     assert 0.85 < predicted(inflated) / found <= 1.0
 
 
+@pytest.mark.parametrize("scheme", ["edge", "cell"])
+def test_bound_with_damping_by_the_gas_is_safe(scheme: str) -> None:
+    """Tight where it decides; as low as 0.6 in between, 0.02 s/m, since it is taken to damp each wave."""
+    limits = {}
+    for damping, least in ((0.0, 0.85), (0.02, 0.6), (0.05, 0.8)):
+        inflated = drop(*SMALL, f"model.scheme={scheme}", f"pressure.damping={damping}", "fabric.viscosity=0")
+        inflated.inflate()
+        limits[damping] = limit_of_shell(inflated)
+        assert least < predicted(inflated) / limits[damping] <= 1.0
+    assert limits[0.05] < 0.8 * limits[0.0]
+
+
 def test_no_motion_grows_below_the_bound() -> None:
     """Not only what flips from step to step: pressure and true tension make the stiffness unsymmetric."""
     inflated = drop(*SMALL)
     inflated.inflate()
-    by_place, by_velocity = slopes_of_shell(inflated)
-    one, dt = np.eye(len(by_place)), 0.95 * predicted(inflated)
-    pushed = one + dt * by_velocity
-    step = np.block([[one + dt * dt * by_place, dt * pushed], [dt * by_place, pushed]])
-    assert np.abs(np.linalg.eigvals(step)).max() < 1.0 + 1e-9
+    for by_place, by_velocity in slopes_of_shell(inflated):
+        one, dt = np.eye(len(by_place)), 0.95 * predicted(inflated)
+        pushed = one + dt * by_velocity
+        step = np.block([[one + dt * dt * by_place, dt * pushed], [dt * by_place, pushed]])
+        assert np.abs(np.linalg.eigvals(step)).max() < 1.0 + 1e-9
 
 
 @pytest.mark.parametrize("twist", [0.5, 1.5])
@@ -174,6 +209,7 @@ def close(falling: Simulation) -> None:
         rows[:, first - 1], rows[:, last] = rows[:, last - 1], rows[:, first]
 
 
+@pytest.mark.slow
 def test_bound_holds_in_a_crumpled_shell() -> None:
     """Safe where cells are out of all shape, and not much too low: undamped waves of the crushed, asymmetric shell."""
     falling = drop("grid={generatrix: 8, hoop: 16}", "belts.width=40 mm", "contact=solid", "time.courant=0.8")
@@ -181,7 +217,7 @@ def test_bound_holds_in_a_crumpled_shell() -> None:
     for until in (0.05, 0.09):
         while falling.now(History.TIME) < until:
             falling.advance(until)
-        assert 0.7 < predicted(falling) / limit_of_shell(falling) <= 1.0
+        assert 0.7 < predicted(falling) / limit_of_any_shell(falling) <= 1.0
     assert falling.workspace.by_row.skew.max() > 0.5
 
 
@@ -201,6 +237,7 @@ def test_energy_that_a_disturbance_stores_is_no_gain(config: str) -> None:
     assert answer.doubt is None and max(answer.energy_made.values()) <= 0.0
 
 
+@pytest.mark.slow
 def test_disturbed_drop_is_not_doubtful() -> None:
     """To its end, on 18 cells in a radius."""
     case = level(load_case(CONFIGS / "no-belts.yaml", ["fabric.law=tension_field", "contact=solid"]), "full", 44, 120)
@@ -230,6 +267,7 @@ def test_axes() -> None:
             read_axis(text)
 
 
+@pytest.mark.slow
 def test_command_writes_map_and_points(softbrake: Command, paper: Path, tmp_path: Path) -> None:
     grid = ("--set", "grid={generatrix: 8, hoop: 16}", "--set", "belts.width=30 mm")
     done = softbrake(
@@ -285,17 +323,17 @@ def test_a_tolerance_is_said_to_be_set_aside(softbrake: Command, paper: Path) ->
     assert "a run chooses its own grid and step" in done.stderr
 
 
+@pytest.mark.slow
 def test_interrupt_keeps_the_points_found(paper: Path, tmp_path: Path, environment: dict[str, str]) -> None:
-    """Whenever it comes: here in the middle of the second of eight points, or a later one."""
+    """Here in the second of eight points, or a later one."""
     over = "fabric.viscosity=0.1,0.2,0.3,0.4,0.5,0.6,0.7,0.8"
     with start("stability", paper, "--over", over, environment=environment, folder=tmp_path) as process:
         assert process.stdout is not None
         for line in process.stdout:
             if line.startswith("0.1 "):
                 break
-        time.sleep(0.2)
         process.send_signal(signal.SIGINT)
-        _, errors = process.communicate(timeout=60)
+        _, errors = process.communicate(timeout=PATIENCE)
     assert process.returncode == 130
     said = re.fullmatch(r"(?:compiling .*\n)?interrupted; ([1-7]) points in paper-stability.csv\n", errors)
     assert said
@@ -317,6 +355,7 @@ def test_points_are_kept_where_the_picture_fails(paper: Path, tmp_path: Path, mo
     assert len((tmp_path / "map.csv").read_text().splitlines()) == 2
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("first", [0, 8, 16])
 def test_random_drops_do_not_diverge(first: int) -> None:
     """A sample of the thousand of benchmarks/stability.py."""
@@ -328,6 +367,7 @@ def test_random_drops_do_not_diverge(first: int) -> None:
 BEYOND = ("grid={generatrix: 12, hoop: 24}", "fabric.slack=compression", "time.courant=1.3")  # where no slack saves the run
 
 
+@pytest.mark.slow
 def test_fixed_number_above_the_limit_warns_once(softbrake: Command, paper: Path) -> None:
     small = ("--set", BEYOND[0], "--set", BEYOND[1], "--no-results")
     done = softbrake("run", paper, *small, "--set", BEYOND[2])
@@ -391,6 +431,7 @@ def test_words_follow_where_the_energy_came_from(overrides: tuple[str, ...], wor
         falling.finish(Outcome.DIVERGED)
 
 
+@pytest.mark.slow
 def test_energy_made_by_fabric_is_said(softbrake: Command, paper: Path) -> None:
     """Undamped, cut, with Poisson's effect, it makes some per cent of the initial energy, and the ledger knows nothing of it."""
     law = ("--set", "fabric.law=nominal_tension", "--set", "fabric.nu12=0.15")

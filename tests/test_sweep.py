@@ -15,7 +15,7 @@ from pathlib import Path
 import h5py
 import numpy as np
 import pytest
-from conftest import ROOT, Command, start
+from conftest import PATIENCE, ROOT, Command, start
 
 from softbrake.case.case_file import CaseError, load_case, open_case
 from softbrake.core.columns import History
@@ -290,23 +290,23 @@ def lines(folder: Path) -> int:
     return journal.read_bytes().count(b"\n") if journal.exists() else 0
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("blow", [signal.SIGKILL, signal.SIGINT], ids=["kill -9", "Ctrl-C"])
 def test_a_sweep_broken_off_goes_on_to_the_same_results(
     tmp_path: Path, environment: dict[str, str], uninterrupted: Path, blow: int
 ) -> None:
     broken = tmp_path / "broken"
     with start_sweep(broken, environment) as process:
-        deadline = time.monotonic() + 60
         while lines(broken) < 5:
-            assert time.monotonic() < deadline and process.poll() is None
+            assert process.poll() is None
             time.sleep(0.002)
         process.send_signal(blow)
-        _, told = process.communicate(timeout=60)
+        _, told = process.communicate(timeout=PATIENCE)
     assert process.returncode == (130 if blow == signal.SIGINT else -blow)
     assert "Traceback" not in told
     assert 5 <= lines(broken) < 150
     with start_sweep(broken, environment) as again:
-        resumed = [json.loads(line) for line in again.communicate(timeout=120)[0].splitlines()]
+        resumed = [json.loads(line) for line in again.communicate(timeout=PATIENCE)[0].splitlines()]
     assert again.returncode == 0
     assert texts(broken) == texts(uninterrupted)
     ids = [json.loads(line)["id"] for line in (broken / "journal.jsonl").read_text().splitlines()]
@@ -316,6 +316,7 @@ def test_a_sweep_broken_off_goes_on_to_the_same_results(
     ]
 
 
+@pytest.mark.slow
 def test_a_cluster_that_loses_a_worker_loses_no_run(tmp_path: Path, environment: dict[str, str]) -> None:
     pytest.importorskip("distributed")
     from distributed import LocalCluster
@@ -387,6 +388,7 @@ def test_columns_have_units_and_the_timings_come_last(tmp_path: Path) -> None:
     assert hoop.other is not None and float(table[0]["peak_tension_hoop_other"]) == hoop.other.value
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "vary",
     [

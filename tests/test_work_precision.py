@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 import synthetic_drop
-from conftest import Command, start
+from conftest import PATIENCE, Command, start
 from rich.console import Console
 from typer.testing import CliRunner
 
@@ -170,6 +170,7 @@ def charted() -> WorkPrecision:
         return work_precision(package.load_case(SCENE), budget=1e6)
 
 
+@pytest.mark.slow
 def test_reference_is_within_its_error_of_a_far_finer_run(charted: WorkPrecision) -> None:
     reference = charted.reference
     assert reference is not None
@@ -185,6 +186,7 @@ def test_reference_is_within_its_error_of_a_far_finer_run(charted: WorkPrecision
     assert reference.error("impact_velocity") < 0.005
 
 
+@pytest.mark.slow
 def test_errors_fall_with_the_grid(charted: WorkPrecision) -> None:
     family = charted.families()["axisymmetric", "edge", 0.9]
     errors = [charted.error(one, "impact_velocity") for one in family]
@@ -198,6 +200,7 @@ def test_errors_fall_with_the_grid(charted: WorkPrecision) -> None:
     assert not charted.left_out
 
 
+@pytest.mark.slow
 def test_shell_that_crumples_is_compared_with_an_ensemble(monkeypatch: pytest.MonkeyPatch) -> None:
     """A fast drop, which another disturbance answers within the error of the reference."""
     case = package.load_case(CONFIGS / "paper.yaml", ["contact=ground", "cargo.velocity=20"])
@@ -267,6 +270,7 @@ def test_a_cargo_that_stops_has_a_stroke() -> None:
     assert 0.05 < found.reference.values["stroke"] < 0.6
 
 
+@pytest.mark.slow
 def test_interrupt_keeps_what_was_done(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     def report(done: int, planned: int, doing: str) -> None:
         if done == 3:
@@ -299,6 +303,7 @@ def lines_of(path: Path) -> list[dict[str, str]]:
         return list(csv.DictReader(stream))
 
 
+@pytest.mark.slow
 def test_figure_shows_the_runs(charted: WorkPrecision) -> None:
     pytest.importorskip("matplotlib")
     from softbrake.report.plots.work_precision import work_precision_figure
@@ -326,6 +331,7 @@ def replace_runs(found: WorkPrecision) -> WorkPrecision:
     return replace(found, runs=[*found.runs, replace(found.runs[-1], setting=PAPER), failed])
 
 
+@pytest.mark.slow
 def test_command(softbrake: Command, tmp_path: Path) -> None:
     pytest.importorskip("matplotlib")
     done = softbrake("chart", SCENE, "--budget", "10", *BRIEF, "-o", "work.svg")
@@ -368,6 +374,7 @@ def test_bad_input(arguments: tuple[str, ...], fault: str, softbrake: Command, t
     assert not list(tmp_path.iterdir())
 
 
+@pytest.mark.slow
 def test_interrupted_command_writes_what_it_has(tmp_path: Path, environment: dict[str, str]) -> None:
     pytest.importorskip("matplotlib")
     running = start("chart", SCENE, *BRIEF, "--budget", "60", environment=environment, folder=tmp_path)
@@ -376,7 +383,7 @@ def test_interrupted_command_writes_what_it_has(tmp_path: Path, environment: dic
         if "of" in line and not line.startswith("0 of") and "runs: " in line:
             running.send_signal(signal.SIGINT)
             break
-    out, _ = running.communicate(timeout=60)
+    out, _ = running.communicate(timeout=PATIENCE)
     assert running.returncode == 130
     assert "no-belts-chart.png, no-belts-chart.csv written" in out
     assert [line["role"] for line in lines_of(tmp_path / "no-belts-chart.csv")].count("run") > 0
