@@ -7,6 +7,7 @@ and the comments beside fields of `Summary` and members of `History`.
 from __future__ import annotations
 
 import ast
+import dataclasses
 import inspect
 import io
 import tokenize
@@ -190,7 +191,8 @@ def comments(kind: type) -> dict[str, tuple[str, str]]:
 def fields(name: str) -> str:
     """A section for one dataclass of the answer."""
     kind = getattr(summary, name)
-    rows = [(code(field), code(type_), comment) for field, (type_, comment) in comments(kind).items()]
+    told = {field.name: ", ".join(filter(None, field.metadata.values())) for field in dataclasses.fields(kind)}
+    rows = [(code(field), code(type_), told[field] or comment) for field, (type_, comment) in comments(kind).items()]
     return f"### {name}\n\n{inspect.getdoc(kind)}\n\n{table(('field', 'type', 'unit and meaning'), rows)}"
 
 

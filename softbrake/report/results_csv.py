@@ -4,9 +4,11 @@ from __future__ import annotations
 
 import csv
 from collections.abc import Mapping, Sequence
+from dataclasses import fields
 from pathlib import Path
 from typing import Any
 
+from softbrake.sim.summary import Summary
 from softbrake.studies.sweep import Plan, Record
 
 RESULTS, UNITS = "results.csv", "results.units.csv"
@@ -16,19 +18,8 @@ LEFT_OUT = ("title", "results", "trials", "sensitivity", "filtered")
 MISSING = "not run, or lost with its worker"
 Row = dict[str, Any]
 
-# By how the name of a column ends; what stands in none is a number without unit, or a word.
-ENDINGS = {
-    "_time": "s",
-    "_seconds": "s",
-    "_step": "s",
-    "_height": "m",
-    "_velocity": "m/s",
-    "_reduction": "m/s",
-    "deceleration": "m/s^2",
-    "tension_generatrix": "N/m",
-    "tension_hoop": "N/m",
-    "tension_belt": "N/m",
-}
+ANSWERS = {answer.name: answer.metadata["unit"] for answer in fields(Summary)}
+PARTS = {"_time": "s", "_height": "m", "_phase": ""}  # of a peak; its error and the peak of the other phase have its own unit
 
 
 def rows(plan: Plan, records: Mapping[str, Record]) -> list[Row]:
@@ -68,8 +59,12 @@ def unit_of(column: str, plan: Plan) -> str:
             return axis.unit
     if column.startswith("work_"):
         return "J"
-    quantity = column.removesuffix("_error").removesuffix("_other") if column != "energy_error" else column
-    return next((unit for ending, unit in ENDINGS.items() if quantity.endswith(ending)), "")
+    if column in ANSWERS:
+        return str(ANSWERS[column])
+    for peak in PEAKS:
+        if column.startswith(peak):
+            return PARTS.get(column.removeprefix(peak), str(ANSWERS[peak]))
+    return ""
 
 
 def write_results(folder: Path, plan: Plan, table: Sequence[Row]) -> None:

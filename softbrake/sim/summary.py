@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from dataclasses import dataclass, field
-from typing import Literal
+from typing import Any, Literal
 
 LARGEST_GAIN = 1e-3  # of the initial energy from nowhere, above which peaks are doubtful and a run counts as failed
 Phase = Literal["overshoot", "crushing"]  # before and after the cover has come down by a tenth of the shell's height
@@ -149,43 +149,52 @@ class Sensitivities:
     left_out: dict[str, str]  # inputs that cannot be varied alone, and why
 
 
+def answer(unit: str, meaning: str = "", **default: Any) -> Any:
+    """A field of the answer with its unit and meaning, for tables and documents."""
+    return field(metadata={"unit": unit, "meaning": meaning}, **default)
+
+
 @dataclass(frozen=True)
 class Summary:
     """Answer of one run, SI units."""
 
-    title: str
-    outcome: Literal["impact", "stopped", "time_limit", "diverged", "interrupted"]
-    end_time: float  # s
-    impact_velocity: float | None  # m/s, downwards positive; None without impact
-    impact_time: float | None  # s
-    free_fall_velocity: float  # m/s, after falling the shell's height unbraked
-    velocity_reduction: float | None  # m/s
-    minimum_height: float  # m, lowest place of the upper cover
-    peak_deceleration: float  # m/s^2 upwards, net of gravity: an accelerometer reads 1 g more; behind a low-pass of 1 kHz
-    peak_tension_generatrix: float | None  # N/m; None of a lumped run, which has no shell
-    peak_tension_hoop: float | None  # N/m; likewise
-    peak_tension_belt: float | None  # N/m; likewise, and None without belts
-    peaks: dict[str, PeakValue]  # keys as the four fields above, where they are not None
-    work: Work
-    largest_penetration: float  # of folds into one another, over an unloaded cell
-    missed_collisions: int  # how often a pair of folds was not kept from passing, in each step; not in the last 1e-5 m
-    energy_error: float  # residual of the work ledger over initial kinetic plus potential energy
-    energy_made: dict[
-        str, float
-    ]  # over the same: the most that fabric, belts and viscosity gave beyond what they had, at any time
-    steps: int
-    time_step: float  # s, mean
-    kernel_seconds: float  # s of CPU
-    wall_seconds: float  # s
-    model: ModelUsed
-    results: str | None  # path of the result file
-    impact_velocity_error: float | None = None  # m/s, estimated numerical error; None where it was not asked for or has no bound
-    peak_errors: dict[str, float | None] | None = None  # of the peaks, as far as estimated
-    fidelity_reason: str | None = None  # what the error rests on, and why this level was chosen
-    trials: list[Trial] = field(default_factory=list)  # what was tried for a tolerance
-    fabric_margin: float | None = None  # fabric.strength over its largest tension, less 1; None where no strength is given
-    belt_margin: float | None = None  # likewise, of the weakest belt under the largest tension of any
-    sensitivity: Sensitivities | None = None  # where it was asked for
-    filtered: FilteredPeaks | None = None  # None where no result file was written, and in older ones
-    doubt: str | None = None  # see doubt_of
-    ensemble: Ensemble | None = None  # where velocity and peaks are means
+    title: str = answer("")
+    outcome: Literal["impact", "stopped", "time_limit", "diverged", "interrupted"] = answer("")
+    end_time: float = answer("s")
+    impact_velocity: float | None = answer("m/s", "downwards positive; None without impact")
+    impact_time: float | None = answer("s")
+    free_fall_velocity: float = answer("m/s", "after falling the shell's height unbraked")
+    velocity_reduction: float | None = answer("m/s")
+    minimum_height: float = answer("m", "lowest place of the upper cover")
+    peak_deceleration: float = answer("m/s^2", "upwards, net of gravity, behind a low-pass of 1 kHz")
+    peak_tension_generatrix: float | None = answer("N/m", "None of a lumped run, which has no shell")
+    peak_tension_hoop: float | None = answer("N/m", "likewise")
+    peak_tension_belt: float | None = answer("N/m", "likewise, and None without belts")
+    peaks: dict[str, PeakValue] = answer("", "keys as the four fields above, where they are not None")
+    work: Work = answer("")
+    largest_penetration: float = answer("", "of folds into one another, over an unloaded cell")
+    missed_collisions: int = answer(
+        "", "how often a pair of folds was not kept from passing, in each step; not in the last 1e-5 m"
+    )
+    energy_error: float = answer("", "residual of the work ledger over initial kinetic plus potential energy")
+    energy_made: dict[str, float] = answer("", "over the same: the most that each gave beyond what it had, at any time")
+    steps: int = answer("")
+    time_step: float = answer("s", "mean")
+    kernel_seconds: float = answer("s", "of CPU")
+    wall_seconds: float = answer("s")
+    model: ModelUsed = answer("")
+    results: str | None = answer("", "path of the result file")
+    impact_velocity_error: float | None = answer(
+        "m/s", "estimated numerical error; None where it was not asked for or has no bound", default=None
+    )
+    peak_errors: dict[str, float | None] | None = answer("", "of the peaks, as far as estimated", default=None)
+    fidelity_reason: str | None = answer("", "what the error rests on, and why this level was chosen", default=None)
+    trials: list[Trial] = answer("", "what was tried for a tolerance", default_factory=list)
+    fabric_margin: float | None = answer(
+        "", "fabric.strength over its largest tension, less 1; None where no strength is given", default=None
+    )
+    belt_margin: float | None = answer("", "likewise, of the weakest belt under the largest tension of any", default=None)
+    sensitivity: Sensitivities | None = answer("", "where it was asked for", default=None)
+    filtered: FilteredPeaks | None = answer("", "None where no result file was written, and in older ones", default=None)
+    doubt: str | None = answer("", "see doubt_of", default=None)
+    ensemble: Ensemble | None = answer("", "where velocity and peaks are means", default=None)
