@@ -281,7 +281,7 @@ class Simulation:
     def disturb(self, size: float, seed: int) -> None:
         """Move each free node by normal deviates of a size (m), all columns alike in the axisymmetric shell.
 
-        The full shell's books take what that can store at most as stored.
+        The full shell's ledger takes what that can store at most as stored.
         """
         model, nodes = self.model, self.state.nodes
         random = np.random.default_rng(seed)

@@ -4,7 +4,7 @@ Axisymmetric shells cost milliseconds, so neighbouring grids of theirs tell what
 grids, disturbed as sewing and handling leave them, tell whether the shell stays round and by how much the answer departs from
 that of a round one. Where it does not stay round, the answer is the mean of an ensemble of full shells, and its bar holds 19 of
 20 drops.
-What was tried stands in the table of trials. Budgets are CPU seconds, so that no answer hangs on what else a machine does.
+What was tried stands in the table of trials. Budgets are CPU seconds, so that no answer depends on what else a machine does.
 """
 
 from __future__ import annotations
@@ -38,7 +38,7 @@ OTHERS = 2.0  # times the largest of a few distances, for those of grids and dis
 ENOUGH, MEMBERS = 6, 8  # of an ensemble on one grid, least to stop at and most
 
 # Of the radius, disturbances of the places at the start: from what sewing leaves to what nobody could measure. No case says how
-# round its shell is, and where symmetry is lost the answer hangs on when, so an ensemble takes each.
+# round its shell is, and where symmetry is lost the answer depends on when, so an ensemble takes each.
 SEEDS = (1e-3, 1e-4, 1e-5, 1e-6)
 OUT_OF_ROUND = 0.05  # of the radius: more, and the shell is not axisymmetric; its square, 0.25 %, is what the answer feels
 LEAST_SPEED = 0.05  # of the free-fall velocity: tolerances of smaller impact velocities are parts of this
@@ -294,11 +294,11 @@ class _Refinement:
             seconds = CLOCK() - before
             self.spent += seconds
         if summary.outcome == "time_limit":
-            self.book(case, None, None, seconds, "cut off by time.end")
+            self.record(case, None, None, seconds, "cut off by time.end")
             raise CutOff(case, summary)
         return _Run(case, summary, seed, out, seconds)
 
-    def book(self, case: Case, value: float | None, error: float | None, seconds: float, verdict: str) -> None:
+    def record(self, case: Case, value: float | None, error: float | None, seconds: float, verdict: str) -> None:
         grid = case.grid
         trial = Trial(case.model.fidelity, grid.generatrix, grid.hoop, value, error, seconds, verdict)
         self.trials.append(trial)
@@ -307,7 +307,7 @@ class _Refinement:
 
     def lost(self, case: Case, diverged: Diverged) -> None:
         self.diverged = diverged
-        self.book(case, None, None, diverged.summary.kernel_seconds, f"diverged: {str(diverged)[:60]}")
+        self.record(case, None, None, diverged.summary.kernel_seconds, f"diverged: {str(diverged)[:60]}")
 
     def within(self, found: _Found, part: float = 1.0) -> bool:
         """Whether an answer is within a part of the allowed error."""
@@ -322,7 +322,7 @@ class _Refinement:
         before = CLOCK()
         summary, _ = probe(gas)
         there = summary.outcome != "time_limit"
-        self.book(gas, speed_of(summary) if there else None, None, CLOCK() - before, "no shell: for comparison only")
+        self.record(gas, speed_of(summary) if there else None, None, CLOCK() - before, "no shell: for comparison only")
         try:
             return self.done(self.shell())
         except CutOff as cut:
@@ -387,12 +387,12 @@ class _Refinement:
             return None
 
     def agreed(self, runs: Sequence[_Run]) -> _Found:
-        """The answer of grids beside one another, booked."""
+        """The answer of grids beside one another, recorded as a trial."""
         found = self.best = self.settled(runs)
         if len(runs) >= NEIGHBOURS:
             speed, error = speed_range(found.energy, found.error)
             verdict = "grids beside it agree" if self.within(found, PART) else "grids beside it do not agree yet"
-            self.book(runs[-1].case, speed, error, runs[-1].seconds, verdict)
+            self.record(runs[-1].case, speed, error, runs[-1].seconds, verdict)
         return found
 
     def settled(self, runs: Sequence[_Run]) -> _Found:
@@ -430,7 +430,7 @@ class _Refinement:
             runs.append(run)
             grown = f"{SEEDS[(seed - 1) % len(SEEDS)]:g} R grows to {run.out_of_round:.2g} R"
             word = "not round" if run.out_of_round > OUT_OF_ROUND else "round"
-            self.book(case, speed_of(run.summary), None, run.seconds, f"{word}: a disturbance of {grown}")
+            self.record(case, speed_of(run.summary), None, run.seconds, f"{word}: a disturbance of {grown}")
         return runs, ""
 
     def beside(self, plain: _Found, full: Sequence[_Run]) -> _Found:
@@ -499,7 +499,9 @@ class _Refinement:
         speed, error = speed_range(found.energy, found.error)
         word = "within the tolerance" if self.within(found) else "not within the tolerance"
         bar = error if math.isfinite(error) and coarser is not None else None
-        self.book(case, speed, bar, self.spent - before, f"mean of {len(members)}" + (f", {word}" if coarser is not None else ""))
+        self.record(
+            case, speed, bar, self.spent - before, f"mean of {len(members)}" + (f", {word}" if coarser is not None else "")
+        )
         return found
 
     def mean(self, members: Sequence[_Run], coarser: _Found | None) -> _Found:

@@ -1,6 +1,6 @@
 """Works over the jumps of velocity that part lobes and folds.
 
-Rows are pushed and their works booked before lobes and folds are parted, as if nothing were. The jumps belong to the same step:
+Rows are pushed and their works recorded before lobes and folds are parted, as if nothing were. The jumps belong to the same step:
 half of each is in the mean of the velocities at n-1/2 and n+1/2, over which gas, weight and tensions work. So here the rows that
 were parted are gone through once more, as they were at n, and the works over half the jumps are added. What the others do less
 against contact, contact takes less: its own work changes by the opposite of theirs. That of the ground is as the push left it.

@@ -1,7 +1,7 @@
 """Work of each force over a step, so that the change of kinetic energy can be accounted for to round-off.
 
 The leapfrog turns a force F at time n into the work F (V^{n-1/2} + V^{n+1/2})/2 (n+1/2 - (n-1/2)) exactly; inner forces are
-booked where they arise, as tension times change of length, which checks their assembly. Sums run by column: they vectorise
+recorded where they arise, as tension times change of length, which checks their assembly. Sums run by column: they vectorise
 without reordering, and no digit depends on how.
 """
 
