@@ -18,7 +18,7 @@ from softbrake.case.level import LongStep, level
 from softbrake.cli.app import app
 from softbrake.core.arrays import Floats, Outcome
 from softbrake.core.columns import History
-from softbrake.core.loop.meridian import stable_step_of_meridian, sweep_meridian
+from softbrake.core.loop.meridian import stable_step_of_meridian, take_step_of_meridian
 from softbrake.core.loop.step_size import stable_step
 from softbrake.core.loop.time_loop import LENGTHENED, choose_step
 from softbrake.report.plots.style import PlotError
@@ -110,8 +110,8 @@ def limit_of_meridian(falling: Simulation) -> float:
             part[:] = old
         for part, values in zip(parts, np.split(start + change, 4), strict=True):
             part[1:-1] = values
-        falling.state.now[History.TIME] = 0.0
-        sweep_meridian(model, falling.state, falling.workspace, dt, dt)
+        falling.state.now[History.PRESSURE] = model.pressure.value
+        take_step_of_meridian(model, falling.state, falling.workspace, dt, dt)
         return (np.concatenate([nodes.u[1:-1], nodes.w[1:-1]]) - (start + change)[half:]) / dt
 
     slopes = np.array([(acceleration(1e-6 * unit) - acceleration(-1e-6 * unit)) / 2e-6 for unit in np.eye(2 * half)]).T

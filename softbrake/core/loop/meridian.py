@@ -23,11 +23,11 @@ from softbrake.core.loop.step_size import along, joined, largest, rate_of
 from softbrake.core.loop.time_loop import begin_step, choose_step, end_step, ran_away
 from softbrake.core.membrane.edges import SMALLEST_SQUARE
 from softbrake.core.obstacles import GAP, allowed_place, change_velocity, foresee, slowed
-from softbrake.core.pressure import pressure_at, update_damped_pressure
+from softbrake.core.pressure import update_damped_pressure
 
 
 @kernel
-def sweep_meridian(model, state, meridian, dt, length):
+def take_step_of_meridian(model, state, meridian, dt, length):
     """Advance fabric and cargo by one step. Returns the cover's new height (m) and whether tensions are higher than ever.
 
     dt: from n-1/2 to n+1/2; length: from n to n+1 (s). The one column moves its share of the cargo; state.now has the whole
@@ -36,8 +36,7 @@ def sweep_meridian(model, state, meridian, dt, length):
     n1, fabric, contact, columns = model.n1, model.fabric, model.contact, model.hoop.whole
     nodes, now, work, mass = state.nodes, state.now, state.work, model.mass
     side = fabric.h2 / model.radius
-    pressure = pressure_at(model.pressure, now[History.TIME])  # (2.10)
-    now[History.PRESSURE] = pressure
+    pressure = now[History.PRESSURE]
     gas_on_cover = pressure * model.cover_area
     top = uint64(n1)
     old_height, old = nodes.z[top], nodes.w[top]
@@ -453,7 +452,7 @@ def advance_meridian(model, state, meridian, history, interval, most, until):
             longest = watch_meridian(state.nodes, state.self_contact, n1, model.fabric.h1, window_of(model, state))
             state.stable_step[0] = min(state.stable_step[0], longest / model.courant)
         length, dt = begin_step(model, state)
-        height, raised = sweep_meridian(model, state, meridian, dt, length)
+        height, raised = take_step_of_meridian(model, state, meridian, dt, length)
         if recorded:
             record_forces(now, meridian, model.gravity, columns, dt, n1)
             record_history(history, rows, now)

@@ -7,7 +7,6 @@ from softbrake.core.jit import kernel
 from softbrake.core.loop.ledger import record_history
 from softbrake.core.loop.time_loop import begin_step, end_step
 from softbrake.core.obstacles import foresee
-from softbrake.core.pressure import pressure_at
 
 
 @kernel
@@ -21,11 +20,9 @@ def advance_lumped(model, state, _, history, interval, most, until):
     velocity = nodes.w[model.n1]
     while outcome == Outcome.RUNNING and done < most and now[History.TIME] < until and rows + 1 < history.shape[0]:
         length, dt = begin_step(model, state)
-        pressure = pressure_at(model.pressure, now[History.TIME])  # (2.10)
-        force = pressure * area
+        force = now[History.PRESSURE] * area
         old = velocity
         step = foresee(now, old, model.gravity, dt, length)
-        now[History.PRESSURE] = pressure
         now[History.COVER_FORCE] = now[History.GROUND_FORCE] = force
         now[History.GROUND_AREA] = area
         velocity, height = push_cargo(now, old, step, mass)  # (2.4)

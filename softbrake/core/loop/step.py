@@ -31,7 +31,6 @@ from softbrake.core.loop.rows import (
 from softbrake.core.loop.step_size import stable_step
 from softbrake.core.loop.time_loop import begin_step, choose_step, end_step
 from softbrake.core.obstacles import any_above, covers_in_the_way, foresee, press_row, rub_row
-from softbrake.core.pressure import pressure_at
 
 
 @kernel
@@ -151,7 +150,6 @@ def advance(model, state, workspace, history, interval, most, until):
             state.stable_step[0] = min(state.stable_step[0], self_contact_step(model, state, by_column) / model.courant)
         length, dt = begin_step(model, state)
         folding = begin_contact(model, state, workspace.before_contact)
-        now[History.PRESSURE] = pressure_at(model.pressure, now[History.TIME])  # (2.10)
         height = take_step(model, state, workspace, folding)
         if folding:
             add_contact_work_of_shell(model, state, workspace, dt, length)

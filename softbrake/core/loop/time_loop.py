@@ -35,12 +35,13 @@ def choose_step(state, limit):
 
 @kernel
 def begin_step(model, state):
-    """Return the next step (s): from n to n+1, and from n-1/2 to n+1/2. Writes the first to state.now.
+    """Return the next step (s): from n to n+1, and from n-1/2 to n+1/2. Writes the first and p~ to state.now. Eq. (2.10).
 
     The staggered start: the first half-step has no velocity at -1/2 to start from, but that at 0.
     """
     length = min(model.courant * state.stable_step[0], model.end - state.now[History.TIME])
     state.now[History.TIME_STEP] = length
+    state.now[History.PRESSURE] = pressure_at(model.pressure, state.now[History.TIME])  # (2.10)
     return length, 0.5 * (state.last_step[0] + length)
 
 
