@@ -446,6 +446,7 @@ def test_bellows_without_contact_cross() -> None:
     assert meridian_crossings(places[:, 0, ::2])
 
 
+@pytest.mark.slow
 def test_layers_between_ground_and_cover() -> None:
     """Four layers of the shell, folded twice, pressed down by the cover: no node passes."""
     half, places = 8, np.zeros((5, 16, 3))
