@@ -98,7 +98,7 @@ def test_drop_shows_all_parts_with_the_hoop_tension_in_kilonewtons(result: Path)
         assert corners.count(4) > 6 * 8
 
 
-@pytest.mark.parametrize("suffix", [".png", ".svg", ".pdf"])
+@pytest.mark.parametrize("suffix", [".png", *(pytest.param(other, marks=pytest.mark.slow) for other in (".svg", ".pdf"))])
 def test_pictures_are_written(result: Path, tmp_path: Path, suffix: str) -> None:
     for draw in (plot_result, draw_drop):
         picture = tmp_path / f"{draw.__name__}{suffix}"

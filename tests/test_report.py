@@ -368,6 +368,7 @@ def test_faults(tmp_path: Path) -> None:
     assert page.read_text() == "older"
 
 
+@pytest.mark.slow
 def test_command(softbrake: Command, tmp_path: Path) -> None:
     drop.write(tmp_path / "drop.vtkhdf", drop.case(6, 8))
     kept = (tmp_path / "drop.vtkhdf").read_bytes()

@@ -446,6 +446,7 @@ def test_bellows_without_contact_cross() -> None:
     assert meridian_crossings(places[:, 0, ::2])
 
 
+@pytest.mark.slow
 def test_layers_between_ground_and_cover() -> None:
     """Four layers of the shell, folded twice, pressed down by the cover: no node passes."""
     half, places = 8, np.zeros((5, 16, 3))
@@ -598,7 +599,7 @@ def test_folds_of_a_whole_drop() -> None:
     assert falling.to_end().outcome == "impact"
     assert falling.state.self_contact.counts[ContactCount.MISSED] <= 50
     assert falling.state.self_contact.penetration[0] < 0.01
-    assert pierced(without, 20) > 1000
+    assert pierced(without, 100) > 100
     assert abs(falling.energy_error()) < 1e-11
     assert falling.now(History.WORK_CONTACT) < 0.0
 

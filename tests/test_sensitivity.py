@@ -127,6 +127,7 @@ def test_tolerance_varies_the_level_that_it_chose() -> None:
     assert changes["cargo.velocity"]["impact_velocity"] == pytest.approx(4.4, abs=0.3)
 
 
+@pytest.mark.slow
 def test_command(softbrake: Command, tmp_path: Path) -> None:
     done = softbrake("run", NO_BELTS, "--set", LUMPED, "--sensitivity", "--json", "-q", "-o", "drop.vtkhdf")
     assert done.returncode == 0, done.stderr

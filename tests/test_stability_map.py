@@ -283,6 +283,7 @@ def test_command_writes_map_and_points(softbrake: Command, paper: Path, tmp_path
     assert "below the edge found at" in done.stdout
 
 
+@pytest.mark.slow
 def test_points_without_an_edge_say_why(softbrake: Command, paper: Path, tmp_path: Path) -> None:
     grid = ("--set", "grid={generatrix: 8, hoop: 16}", "--set", "belts.width=30 mm")
     done = softbrake("stability", paper, *grid, "--over", "fabric.E=3,30 kN/m", "-o", "map.png")
@@ -309,11 +310,12 @@ def test_points_without_an_edge_say_why(softbrake: Command, paper: Path, tmp_pat
         (("--over", "belts.layers=1,2,1.0"), "the value 1.0 is there twice, the first time as 1"),
     ],
 )
-def test_bad_input(softbrake: Command, paper: Path, arguments: tuple[str, ...], fault: str) -> None:
-    done = softbrake("stability", paper, *arguments)
-    assert done.returncode == 2
-    assert fault in done.stderr
-    assert "Traceback" not in done.stderr
+def test_bad_input(paper: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, arguments: tuple[str, ...], fault: str) -> None:
+    monkeypatch.chdir(tmp_path)
+    done = CliRunner().invoke(app, ["stability", str(paper), *arguments])
+    assert done.exit_code == 2
+    assert fault in " ".join(done.stderr.split())
+    assert not list(tmp_path.iterdir())
 
 
 def test_a_tolerance_is_said_to_be_set_aside(softbrake: Command, paper: Path) -> None:
