@@ -12,9 +12,9 @@ import softbrake
 from softbrake.case.case import CaseError, load_case
 from softbrake.core.arrays import PAD, Floats, Outcome, Peak, State
 from softbrake.core.columns import History
+from softbrake.core.contact.constants import GAP
 from softbrake.core.loop.meridian import advance_meridian, stable_step_of_meridian
 from softbrake.core.loop.step import advance
-from softbrake.core.obstacles import GAP
 from softbrake.sim.build import grid_view, meridian_view
 from softbrake.sim.result_file import read_history, read_snapshots
 from softbrake.sim.simulation import Simulation
@@ -159,7 +159,7 @@ def test_contact_agrees_to_round_off(scene: str) -> None:
     config, overrides, end = CRUSHED[scene]
     full = drop(config, *COARSE, SOLID, *overrides)
     history = advance_to(full, end)
-    narrow = full.model.contact.cargo_radius < full.model.contact.cover_radius
+    narrow = full.model.obstacles.cargo_radius < full.model.obstacles.cover_radius
     assert (np.abs(history[:, History.CONTACT_FORCE]).max() > 100.0) == narrow  # N; the cargo's side is smooth
     assert full.now(History.WORK_CONTACT) < -0.001
     for name, fidelity in PARTS.items():

@@ -29,7 +29,7 @@ from softbrake.core.membrane.belts import add_belt_forces, update_belt_tension
 from softbrake.core.membrane.edges import add_cell_forces, clear_edges, clear_forces, update_edge_forces, update_edges
 from softbrake.core.membrane.shear import add_diagonal_tension, add_shear_forces, update_shear
 from softbrake.core.membrane.tension import update_cell_tension, update_generatrix_tension, update_hoop_tension
-from softbrake.core.obstacles import any_above, foresee, press_row, rub_row
+from softbrake.core.obstacles import any_above, foresee, may_touch, press_row, rub_row
 from softbrake.core.pressure import pressure_at, update_damped_pressure
 
 
@@ -71,9 +71,9 @@ def sweep_rows(model, state, workspace, folding):
     pressure, length = now[History.PRESSURE], now[History.TIME_STEP]
     dt = 0.5 * (state.last_step[0] + length)
     gas_on_cover, on_chords = pressure * model.cover_area, pressure * model.hoop.gas
-    gravity, contact, whole = model.gravity, model.contact, model.hoop.whole
+    gravity, contact, whole = model.gravity, model.obstacles, model.hoop.whole
     step = foresee(now, nodes.w[uint64(n1) * stride + FIRST], gravity, dt, length)
-    touching = (contact.cover == 1 or contact.cargo == 1) and step.next_cover > step.gap  # else it is on the ground before that
+    touching = may_touch(contact, step)
     on_nodes[:] = on_chords
     height, wrinkled, wrinkled_below = 0.0, False, False
     clear_row(force_above)
@@ -179,11 +179,8 @@ def sweep_rows(model, state, workspace, folding):
 
 @kernel
 def self_contact_step(model, state, by_column):
-    """Return the longest step (s) for contact of folds, and look whether they may meet until the next choice of the step."""
-    fabric, window = model.fabric, window_of(model, state)
-    return watch_shell(
-        state.nodes, state.self_contact, by_column, model.n1, model.n2, model.stride, fabric.h1, fabric.h2, model.radius, window
-    )
+    """Return the longest step (s) for self-contact, and look whether that is possible until the next choice of the step."""
+    return watch_shell(model, state.nodes, state.self_contact, by_column, window_of(model, state))
 
 
 @kernel
