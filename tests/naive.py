@@ -9,7 +9,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from softbrake.core.arrays import Fabric, Floats, Law, Model, Pressure, PressureLaw, Scheme
+from softbrake.core.arrays import Floats, GasPressure, Law, Membrane, Model, PressureLaw, Scheme
 from softbrake.core.columns import History
 
 Forces = dict[History, Floats]  # N, on the nodes, by the work they do
@@ -56,7 +56,7 @@ class Stretches(NamedTuple):
     rate_2: Floats
 
 
-def stretches(fabric: Fabric, x: Floats, v: Floats) -> Stretches:
+def stretches(fabric: Membrane, x: Floats, v: Floats) -> Stretches:
     """λ - 1 of the first lines of section 3, and its rate: the relative velocity along the edge over the unloaded length."""
     edge, change = differences(x), differences(v)
     return Stretches(
@@ -121,12 +121,12 @@ class Tensions(NamedTuple):
     elastic: Floats
 
 
-def tensions(fabric: Fabric, hooke: Floats, viscous: Floats) -> Tensions:
+def tensions(fabric: Membrane, hooke: Floats, viscous: Floats) -> Tensions:
     least = fabric.floor
     return Tensions(np.maximum(hooke + viscous, least), np.maximum(hooke, least))
 
 
-def fabric_tensions(fabric: Fabric, e1: Floats, e2: Floats, rate_1: Floats, rate_2: Floats) -> tuple[Tensions, Tensions]:
+def fabric_tensions(fabric: Membrane, e1: Floats, e2: Floats, rate_1: Floats, rate_2: Floats) -> tuple[Tensions, Tensions]:
     """(2.9), or the tension field, of elongations that stand at one place."""
     hooke_1, hooke_2 = fabric.c11 * e1 + fabric.c12 * e2, fabric.c22 * e2 + fabric.c12 * e1
     if fabric.law == Law.TENSION_FIELD:  # wrinkles give way across: the stiffness is that of a strip
@@ -149,7 +149,7 @@ def around_2(e1: Floats) -> Floats:
     return (e1[:-1] + right(e1)[:-1] + e1[1:] + right(e1)[1:]) / 4.0
 
 
-def edge_tensions(fabric: Fabric, x: Floats, v: Floats) -> tuple[Tensions, Tensions]:
+def edge_tensions(fabric: Membrane, x: Floats, v: Floats) -> tuple[Tensions, Tensions]:
     """T11 of the generatrix edges, T22 of the hoop edges of the free rows; the covers hold the other hoop edges.
 
     By (2.9) of the mean elongation of the four edges across, in a tension field the mean of the tensions with each of them.
@@ -168,7 +168,7 @@ def edge_tensions(fabric: Fabric, x: Floats, v: Floats) -> tuple[Tensions, Tensi
     return generatrix, hoop
 
 
-def cell_means(x: Floats, v: Floats, fabric: Fabric) -> Stretches:
+def cell_means(x: Floats, v: Floats, fabric: Membrane) -> Stretches:
     """Stretches and rates at the cell centres, (n1, n2): means of two edges. Section 3."""
     s = stretches(fabric, x, v)
     return Stretches(
@@ -179,7 +179,7 @@ def cell_means(x: Floats, v: Floats, fabric: Fabric) -> Stretches:
     )
 
 
-def cell_tensions(fabric: Fabric, x: Floats, v: Floats) -> tuple[Tensions, Tensions]:
+def cell_tensions(fabric: Membrane, x: Floats, v: Floats) -> tuple[Tensions, Tensions]:
     """T11 and T22 at the cell centres, as (3.2) is printed."""
     return fabric_tensions(fabric, *cell_means(x, v, fabric))
 
@@ -188,7 +188,7 @@ BELOW, ABOVE = slice(None, -1), slice(1, None)  # the rows at the lower and uppe
 FREE = slice(1, -1)
 
 
-def edge_forces(fabric: Fabric, x: Floats, v: Floats) -> tuple[Floats, Floats]:
+def edge_forces(fabric: Membrane, x: Floats, v: Floats) -> tuple[Floats, Floats]:
     """Forces of the fabric on the nodes, N: of generatrix and hoop edges, whole tensions; second value: elastic ones."""
     edge, s = differences(x), stretches(fabric, x, v)
     generatrix, hoop = edge_tensions(fabric, x, v)
@@ -208,7 +208,7 @@ def edge_forces(fabric: Fabric, x: Floats, v: Floats) -> tuple[Floats, Floats]:
     return results[0], results[1]
 
 
-def cell_directions(fabric: Fabric, x: Floats) -> tuple[Floats, Floats]:
+def cell_directions(fabric: Membrane, x: Floats) -> tuple[Floats, Floats]:
     """Mean edge vectors over unloaded length at the cell centres: λ l of (3.2), r1 and r2 of (2.6)."""
     edge = differences(x)
     r1 = (edge.along_1 + right(edge.along_1)) / 2.0 / fabric.h1
@@ -216,7 +216,7 @@ def cell_directions(fabric: Fabric, x: Floats) -> tuple[Floats, Floats]:
     return r1, r2
 
 
-def difference_on_corners(across_1: Floats, across_2: Floats, fabric: Fabric, shape: tuple[int, ...]) -> Floats:
+def difference_on_corners(across_1: Floats, across_2: Floats, fabric: Membrane, shape: tuple[int, ...]) -> Floats:
     """h1 h2 times the differences over cell centres of (3.2) of resultants (N/m) across both directions, N."""
     forces = np.zeros(shape)
     half_1, half_2 = across_1 * fabric.h2 / 2.0, across_2 * fabric.h1 / 2.0
@@ -227,7 +227,7 @@ def difference_on_corners(across_1: Floats, across_2: Floats, fabric: Fabric, sh
     return forces
 
 
-def cell_forces(fabric: Fabric, x: Floats, v: Floats) -> tuple[Floats, Floats]:
+def cell_forces(fabric: Membrane, x: Floats, v: Floats) -> tuple[Floats, Floats]:
     """As edge_forces, by (3.2) as printed: (T11 λ2) l1 and (T22 λ1) l2 at the cell centres."""
     s = cell_means(x, v, fabric)
     r1, r2 = cell_directions(fabric, x)
@@ -241,13 +241,13 @@ def cell_forces(fabric: Fabric, x: Floats, v: Floats) -> tuple[Floats, Floats]:
     return results[0], results[1]
 
 
-def field_tensions(fabric: Fabric, e1: Floats, e2: Floats) -> tuple[Floats, Floats]:
+def field_tensions(fabric: Membrane, e1: Floats, e2: Floats) -> tuple[Floats, Floats]:
     """Elastic tensions of the tension field."""
     generatrix, hoop = fabric_tensions(fabric, e1, e2, 0.0 * e1, 0.0 * e2)
     return generatrix.elastic, hoop.elastic
 
 
-def diagonal_wrinkle(fabric: Fabric, E1: Floats, E2: Floats, sine: Floats) -> Floats:
+def diagonal_wrinkle(fabric: Membrane, E1: Floats, E2: Floats, sine: Floats) -> Floats:
     """Amplitude b of wrinkles along the shortened diagonal, where T1 + T2 rise to twice T12, by bisection; 0 where above."""
     low, high = 0.0 * sine, 0.5 * sine
     for _ in range(80):
@@ -257,7 +257,7 @@ def diagonal_wrinkle(fabric: Fabric, E1: Floats, E2: Floats, sine: Floats) -> Fl
     return high
 
 
-def shear_forces(fabric: Fabric, x: Floats) -> Floats:
+def shear_forces(fabric: Membrane, x: Floats) -> Floats:
     """Forces of T12 = T21 with the energy 1/2 G12 (r1 r2)^2 per unloaded area: resultants G12 (r1 r2) r2 and … r1.
 
     In a tension field that of r1 r2 less 2 b, and what b adds to both strains: resultants (T1(E + b) - T1(E)) r1 and so on.
@@ -298,7 +298,7 @@ def belt_forces(model: Model, x: Floats, v: Floats) -> tuple[Floats, Floats]:
 # Pressure: (2.10), (2.11)
 
 
-def pressure_at(law: Pressure, time: float) -> float:
+def pressure_at(law: GasPressure, time: float) -> float:
     """p~ in Pa."""
     if law.law == PressureLaw.CONSTANT:
         return law.value
@@ -311,7 +311,7 @@ def pressure_at(law: Pressure, time: float) -> float:
     return law.value * sin(pi / 2.0 * time / law.peak_time)
 
 
-def damped_pressure(law: Pressure, uniform: float, v: Floats, area: Floats) -> Floats:
+def damped_pressure(law: GasPressure, uniform: float, v: Floats, area: Floats) -> Floats:
     """p of (2.11) at the nodes, Pa: V^n is the velocity along the outward normal."""
     relative = 1.0 - law.damping * dot(v, area) / length(area)
     return uniform * relative**2 * np.sign(relative)
@@ -365,7 +365,7 @@ def top_tensions(model: Model, x: Floats, v: Floats) -> dict[History, tuple[floa
     return found
 
 
-def sheared_tensions(fabric: Fabric, x: Floats) -> tuple[Floats, Floats]:
+def sheared_tensions(fabric: Membrane, x: Floats) -> tuple[Floats, Floats]:
     """Tensions of the cells whose diagonal wrinkles shear straightens, 0 of others."""
     r1, r2 = cell_directions(fabric, x)
     E1, E2, sine = 0.5 * (dot(r1, r1) - 1.0), 0.5 * (dot(r2, r2) - 1.0), np.abs(dot(r1, r2))

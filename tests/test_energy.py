@@ -10,7 +10,7 @@ from exact import Floats
 from whole_shell import area_vectors
 
 from softbrake.case.case import load_case
-from softbrake.core.arrays import PAD, ContactCount, Fabric, Law, Outcome
+from softbrake.core.arrays import PAD, ContactCount, Law, Membrane, Outcome
 from softbrake.core.columns import History
 from softbrake.core.membrane.tension import update_generatrix_tension, update_hoop_tension
 from softbrake.sim.build import build_model, build_workspace, grid_view
@@ -172,7 +172,7 @@ def test_pressure_work_is_pressure_times_volume() -> None:
     assert abs(errors[-1]) < 5e-4
 
 
-def field_energy(fabric: Fabric, e1: Floats, e2: Floats) -> Floats:
+def field_energy(fabric: Membrane, e1: Floats, e2: Floats) -> Floats:
     """Energy (J/m²) of the tension field: the least of the orthotropic sheet's over wrinkles along either direction."""
     taut = 0.5 * fabric.c11 * e1**2 + 0.5 * fabric.c22 * e2**2 + fabric.c12 * e1 * e2
     slack_1, slack_2 = fabric.c11 * e1 + fabric.c12 * e2 <= 0, fabric.c22 * e2 + fabric.c12 * e1 <= 0
@@ -180,7 +180,7 @@ def field_energy(fabric: Fabric, e1: Floats, e2: Floats) -> Floats:
     return np.where(slack_1 | slack_2, np.maximum(along, around), taut)
 
 
-def shear_energy(fabric: Fabric, r1: Floats, r2: Floats) -> Floats:
+def shear_energy(fabric: Membrane, r1: Floats, r2: Floats) -> Floats:
     """Energy (J/m²) that shear adds to it: the least over wrinkles b along the diagonals, found by a search."""
     E1, E2 = 0.5 * (np.sum(r1 * r1, axis=-1) - 1), 0.5 * (np.sum(r2 * r2, axis=-1) - 1)
     sine = np.abs(np.sum(r1 * r2, axis=-1))

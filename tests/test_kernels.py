@@ -24,12 +24,12 @@ from softbrake.core.arrays import (
     Cells,
     Edges,
     Floats,
+    GasPressure,
     Law,
     Model,
     Nodes,
     Outcome,
     Peak,
-    Pressure,
     PressureLaw,
     Rows,
 )
@@ -296,9 +296,9 @@ def test_belt_tensions_and_forces(shell: Shell) -> None:
 
 NONE = np.array([])
 LAWS = {
-    "constant": Pressure(PressureLaw.CONSTANT, 15e3, 0.0, 0.0, NONE, NONE, 0.0, 15e3),
-    "sine": Pressure(PressureLaw.SINE, 15e3, 0.05, 0.2, NONE, NONE, 0.0, 15e3),
-    "table": Pressure(PressureLaw.TABLE, 0.0, 0.0, 0.0, np.array([0.01, 0.05, 0.2]), np.array([5e3, 15e3, -1e3]), 0.0, 15e3),
+    "constant": GasPressure(PressureLaw.CONSTANT, 15e3, 0.0, 0.0, NONE, NONE, 0.0, 15e3),
+    "sine": GasPressure(PressureLaw.SINE, 15e3, 0.05, 0.2, NONE, NONE, 0.0, 15e3),
+    "table": GasPressure(PressureLaw.TABLE, 0.0, 0.0, 0.0, np.array([0.01, 0.05, 0.2]), np.array([5e3, 15e3, -1e3]), 0.0, 15e3),
 }
 
 
