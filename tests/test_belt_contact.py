@@ -11,10 +11,11 @@ import softbrake
 from softbrake.core.arrays import PAD, Floats, Impulses, Nodes, Outcome, Step
 from softbrake.core.columns import History
 from softbrake.core.contact.belt_contact import deviation, inward_normal, resolve_belt_contact, separate_nodes
-from softbrake.core.contact.self_contact import shell_sheet
+from softbrake.core.contact.constants import GAP
+from softbrake.core.contact.scene import scene_of_shell
 from softbrake.core.lanes import close_nodes
 from softbrake.core.loop.push import push_row
-from softbrake.core.obstacles import GAP, press_row, rub_row
+from softbrake.core.obstacles import press_row, rub_row
 from softbrake.sim.build import build_model, build_state, build_workspace, grid_view
 from softbrake.sim.simulation import Simulation
 
@@ -183,10 +184,10 @@ def test_cargo_has_the_last_word_where_lobes_are_parted() -> None:
         nodes.x[node], nodes.y[node], nodes.z[node] = radius + dt * u, 0.0, 0.3
         nodes.u[node], nodes.v[node], nodes.w[node] = u, 0.0, 0.0
     impulses = Impulses(state.work.contact, drop.workspace.by_column.kinetic, impulse, None)
-    sheet, mass = shell_sheet(model, True), model.mass[11]
-    assert separate_nodes(nodes, impulses, step, sheet, a, b, 0, mass, mass, 1.0, 0.0, 0.0) == 1
+    scene = scene_of_shell(model, step, True)
+    assert separate_nodes(nodes, impulses, scene, a, b, 0, (1.0, 0.0, 0.0)) == 1
     for node in (a, b):
-        assert nodes.x[node] == pytest.approx(model.contact.cargo_radius, rel=1e-12)
+        assert nodes.x[node] == pytest.approx(model.obstacles.cargo_radius, rel=1e-12)
     assert nodes.u[a] == pytest.approx(-1.0, rel=1e-9)
     assert nodes.w[a] == impulse[0] == 0.0
 
@@ -244,7 +245,7 @@ def slide(friction: float, up: bool) -> tuple[Floats, Floats]:
     state, workspace = build_state(case, model), build_workspace(model)
     nodes, work, by_column = state.nodes, state.work, workspace.by_column
     a = np.uint64(row * model.stride + PAD)
-    contact = model.contact._replace(cover_radius=inf)
+    obstacles = model.obstacles._replace(cover_radius=inf)
     gravity = -9.80665 if up else 9.80665
     step = Step(dt=dt, length=dt, gravity=gravity, cover=0.6, next_cover=0.6, gap=GAP)
     angle = 2 * pi * np.arange(-PAD, model.stride - PAD) / model.n2
@@ -257,28 +258,11 @@ def slide(friction: float, up: bool) -> tuple[Floats, Floats]:
     way, speed = [], []
     mass = model.mass[row]
     where, scratch = np.uint64(PAD), workspace.force_above
+    row_of_arrays = (workspace.area, workspace.pressure, workspace.mean, work, by_column)
     for _ in range(500):
-        push_row(
-            nodes,
-            workspace.force,
-            workspace.area,
-            workspace.pressure,
-            workspace.mean,
-            work,
-            by_column,
-            contact,
-            step,
-            mass,
-            a,
-            where,
-            90,
-        )
-        rub_row(
-            nodes, scratch, workspace.area, workspace.pressure, workspace.mean, work, by_column, contact, step, mass, a, where, 90
-        )
-        press_row(
-            nodes, scratch, workspace.area, workspace.pressure, workspace.mean, work, by_column, contact, step, mass, a, where, 90
-        )
+        push_row(nodes, workspace.force, *row_of_arrays, obstacles, step, mass, a, where, 90)
+        rub_row(nodes, scratch, *row_of_arrays, obstacles, step, mass, a, where, 90)
+        press_row(nodes, scratch, *row_of_arrays, obstacles, step, mass, a, where, 90)
         way.append(np.hypot(nodes.x[a], nodes.y[a]) - 0.25)
         speed.append(np.hypot(nodes.u[a + np.uint64(7)], nodes.v[a + np.uint64(7)]))
     assert work.contact.sum() == pytest.approx(0.5 * mass * 90 * (speed[-1] ** 2 - 2.0**2), rel=1e-9, abs=1e-12)

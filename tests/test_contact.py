@@ -7,16 +7,17 @@ import numpy as np
 import pytest
 
 import softbrake
-from softbrake.core.arrays import Contact, Floats, Outcome
+from softbrake.core.arrays import Floats, Obstacles, Outcome
 from softbrake.core.columns import History
-from softbrake.core.obstacles import GAP, allowed_place
+from softbrake.core.contact.constants import GAP
+from softbrake.core.obstacles import allowed_place
 from softbrake.sim.build import grid_view
 from softbrake.sim.simulation import Simulation
 
 pytestmark = pytest.mark.kernels
 
 PAPER = Path(__file__).resolve().parents[1] / "configs" / "paper.yaml"
-WIDE = Contact(ground=0.0, friction=0.0, cover=1, cover_radius=1.0, cargo=1, cargo_radius=1.0, cargo_height=inf, axis=0)
+WIDE = Obstacles(ground=0.0, friction=0.0, cover=1, cover_radius=1.0, cargo=1, cargo_radius=1.0, cargo_height=inf, axis=0)
 NARROW = WIDE._replace(cargo_radius=0.5, cargo_height=0.8)
 
 
@@ -25,7 +26,7 @@ def touching(*overrides: str) -> Simulation:
 
 
 @pytest.mark.parametrize(
-    ("contact", "old", "new", "allowed"),
+    ("obstacles", "old", "new", "allowed"),
     [
         (WIDE, (0.5, 0.0, -0.2), (0.5, 0.1, 0.1), (0.5, 0.1, -GAP)),  # from below against the cover
         (WIDE, (1.2, 0.0, 0.5), (0.6, 0.8, 0.4), (0.6, 0.8, 0.4)),  # along the cargo's side, radius 1
@@ -44,12 +45,12 @@ def touching(*overrides: str) -> Simulation:
         (NARROW, (0.6, 0.0, 0.7), (0.4, 0.0, 0.9), (0.4, 0.0, 0.9)),  # past its rim
     ],
 )
-def test_face_that_a_node_meets(contact: Contact, old: Floats, new: Floats, allowed: Floats) -> None:
-    assert allowed_place(contact, GAP, *old, *new) == pytest.approx(allowed, rel=1e-12, abs=1e-12)
+def test_face_that_a_node_meets(obstacles: Obstacles, old: Floats, new: Floats, allowed: Floats) -> None:
+    assert allowed_place(obstacles, GAP, *old, *new) == pytest.approx(allowed, rel=1e-12, abs=1e-12)
 
 
-@pytest.mark.parametrize("contact", [WIDE, NARROW])
-def test_random_walk_never_passes(contact: Contact) -> None:
+@pytest.mark.parametrize("obstacles", [WIDE, NARROW])
+def test_random_walk_never_passes(obstacles: Obstacles) -> None:
     """Each straight way from old to allowed place misses the disc, no place is inside the cargo, none is further than the way.
 
     But for the gap, and where a node that came down beside the cargo is behind its rim.
@@ -60,12 +61,12 @@ def test_random_walk_never_passes(contact: Contact) -> None:
     for _ in range(30_000):
         wish = place + 0.05 * random.standard_normal(3)
         wish *= min(1.0, 2.0 / np.abs(wish).max())
-        allowed = np.array(allowed_place(contact, GAP, *place, *wish))
+        allowed = np.array(allowed_place(obstacles, GAP, *place, *wish))
         met += not np.array_equal(wish, allowed)
         if place[2] * allowed[2] < 0.0:
             share = place[2] / (place[2] - allowed[2])
-            assert hypot(*(place + share * (allowed - place))[:2]) >= contact.cover_radius - 5e-3  # chords of the circle
-        inside = hypot(*allowed[:2]) < contact.cargo_radius - 1e-12 and 1e-12 < allowed[2] < contact.cargo_height - 1e-12
+            assert hypot(*(place + share * (allowed - place))[:2]) >= obstacles.cover_radius - 5e-3  # chords of the circle
+        inside = hypot(*allowed[:2]) < obstacles.cargo_radius - 1e-12 and 1e-12 < allowed[2] < obstacles.cargo_height - 1e-12
         assert not inside
         assert np.linalg.norm(allowed - wish) <= np.linalg.norm(wish - place) + 2 * GAP
         place = allowed
@@ -118,7 +119,7 @@ def test_wall_thrown_at_the_cover() -> None:
         assert outcome == Outcome.RUNNING
         below = grid_view(nodes.z, model)[:-1] - drop.now(History.HEIGHT)
         radius = np.hypot(grid_view(nodes.x, model), grid_view(nodes.y, model))[:-1]
-        assert (below[radius < model.contact.cover_radius - 1e-6] < 0.0).all()
+        assert (below[radius < model.obstacles.cover_radius - 1e-6] < 0.0).all()
         hit = hit or drop.now(History.CONTACT_FORCE) > 0.0
         assert drop.now(History.KINETIC_ENERGY) < energy * (1 + 1e-12)
     assert hit
@@ -141,8 +142,8 @@ def test_nothing_in_the_cargo_in_a_whole_drop(parts: str, grid: tuple[int, int],
             break
         above = grid_view(nodes.z, model)[:-1] - drop.now(History.HEIGHT)
         radius = np.hypot(grid_view(nodes.x, model), grid_view(nodes.y, model))[:-1]
-        assert (radius[above > 1e-4] > model.contact.cargo_radius * (1 - 1e-9)).all()
-        pressed = max(pressed, int(np.sum(np.isclose(radius, model.contact.cargo_radius, rtol=1e-9) & (above > 1e-4))))
+        assert (radius[above > 1e-4] > model.obstacles.cargo_radius * (1 - 1e-9)).all()
+        pressed = max(pressed, int(np.sum(np.isclose(radius, model.obstacles.cargo_radius, rtol=1e-9) & (above > 1e-4))))
     assert outcome == Outcome.IMPACT
     assert pressed > 100
     assert abs(drop.energy_error()) < 1e-12
@@ -189,7 +190,7 @@ def test_cloth_on_the_cover_stays_on_its_side(parts: str, others: tuple[str, ...
         crossing = old[2] * new[2] < 0.0
         share = old[2] / np.where(crossing, old[2] - new[2], 1.0)
         radius = np.hypot(*(old + share * (new - old))[:2])
-        assert not (crossing & (radius < model.contact.cover_radius - 1e-4)).any()
+        assert not (crossing & (radius < model.obstacles.cover_radius - 1e-4)).any()
         old = new
 
 

@@ -13,6 +13,7 @@ from test_energy import fitted_order, gas_volume, stored_energy
 from softbrake.case.case_file import load_case
 from softbrake.core.arrays import PAD, Outcome, Step
 from softbrake.core.columns import History
+from softbrake.core.contact.constants import GAP
 from softbrake.core.jit import kernel
 from softbrake.core.loop.fields import sample_fields
 from softbrake.core.loop.push import push_row
@@ -20,7 +21,7 @@ from softbrake.core.loop.step_size import stable_step
 from softbrake.core.membrane.area import update_area_vectors
 from softbrake.core.membrane.edges import clear_forces, update_edge_forces, update_edges
 from softbrake.core.membrane.tension import update_hoop_tension
-from softbrake.core.obstacles import GAP, press_row
+from softbrake.core.obstacles import press_row
 from softbrake.core.pressure import update_damped_pressure
 from softbrake.sim.build import build_model, build_state, build_workspace, grid_view
 from softbrake.sim.simulation import Simulation
@@ -42,7 +43,7 @@ def squeeze(model, state, workspace, start, end, lowering, steps, dt):
     The plate goes from height start to end (m) in the first `lowering` steps of dt (s). Forces on plate and ground in the
     last step stand in sweep.by_column over dt.
     """
-    nodes, work, fabric, contact, n2 = state.nodes, state.work, model.fabric, model.contact, model.n2
+    nodes, work, fabric, obstacles, n2 = state.nodes, state.work, model.fabric, model.obstacles, model.n2
     g, h, force, area = workspace.generatrix, workspace.hoop, workspace.force, workspace.area
     gas, by_column, mass = workspace.pressure, workspace.by_column, model.mass[1]
     stride = uint64(model.stride)
@@ -69,8 +70,8 @@ def squeeze(model, state, workspace, start, end, lowering, steps, dt):
         clear_forces(g, node, n2)
         update_edge_forces(g, h, force, node, FIRST, node, n2)
         update_damped_pressure(model.pressure, model.pressure.value * model.hoop.gas, nodes, area, gas, node, n2)
-        push_row(nodes, force, area, gas, workspace.mean, work, by_column, contact, step, mass, node, FIRST, n2)
-        press_row(nodes, force, area, gas, workspace.mean, work, by_column, contact, step, mass, node, FIRST, n2)
+        push_row(nodes, force, area, gas, workspace.mean, work, by_column, obstacles, step, mass, node, FIRST, n2)
+        press_row(nodes, force, area, gas, workspace.mean, work, by_column, obstacles, step, mass, node, FIRST, n2)
 
 
 class Tube(NamedTuple):
@@ -92,7 +93,7 @@ def squeezed(stiffness: float, gap: float, columns: int) -> Tube:
     overrides += [f"fabric.E={stiffness * (1 - 0.25**2)}", "fabric.viscosity=0.5", "pressure.damping=0.004"]
     case = load_case(NO_BELTS, overrides)
     model = build_model(case)
-    model = model._replace(contact=model.contact._replace(cover_radius=WIDE))
+    model = model._replace(obstacles=model.obstacles._replace(cover_radius=WIDE))
     state, workspace = build_state(case, model), build_workspace(model)
     nodes = state.nodes
     x, y, z = nodes.y.copy(), nodes.z.copy(), nodes.x + RADIUS  # laid down, turned so that outwards stays outwards
@@ -168,7 +169,7 @@ def upright(law: str, rows: int, columns: int, *others: str, plates: bool) -> Si
     overrides = (*SOFT_HOOPS, *SLOW, f"fabric.law={law}", f"grid.generatrix={rows}", f"grid.hoop={columns}", *others)
     falling = Simulation(load_case(NO_BELTS, ["contact=[ground, cover, cargo]", *overrides]))
     if plates:
-        falling.model = falling.model._replace(contact=falling.model.contact._replace(cover_radius=WIDE, cargo=0))
+        falling.model = falling.model._replace(obstacles=falling.model.obstacles._replace(cover_radius=WIDE, cargo=0))
     return falling
 
 

@@ -12,9 +12,9 @@ import softbrake
 from softbrake.case.case_file import CaseError, load_case
 from softbrake.core.arrays import PAD, Floats, Outcome, Peak, State, Step
 from softbrake.core.columns import History
+from softbrake.core.contact.constants import GAP
 from softbrake.core.loop.meridian import advance_meridian, press_meridian, rub_meridian, stable_step_of_meridian
 from softbrake.core.loop.step import advance
-from softbrake.core.obstacles import GAP
 from softbrake.sim.build import grid_view, meridian_view
 from softbrake.sim.result_file import read_history, read_snapshots
 from softbrake.sim.simulation import Simulation
@@ -159,7 +159,7 @@ def test_contact_agrees_to_round_off(scene: str) -> None:
     config, overrides, end = CRUSHED[scene]
     full = drop(config, *COARSE, SOLID, *overrides)
     history = advance_to(full, end)
-    narrow = full.model.contact.cargo_radius < full.model.contact.cover_radius
+    narrow = full.model.obstacles.cargo_radius < full.model.obstacles.cover_radius
     assert (np.abs(history[:, History.CONTACT_FORCE]).max() > 100.0) == narrow  # N; the cargo's side is smooth
     assert full.now(History.WORK_CONTACT) < -0.001
     for name, fidelity in PARTS.items():
@@ -260,12 +260,12 @@ def test_friction_on_the_meridian_is_coulomb_s(friction: float) -> None:
         nodes.x[:], nodes.u[1:-1], nodes.w[1:-1] = 0.2, speed, 0.0
         if place:  # flown a millimetre past it
             nodes.z[1:-1], nodes.w[1:-1] = 0.6 + 1e-3, 20.0
-            press_meridian(nodes, meridian, model.contact, step, model.mass, model.n1)
+            press_meridian(nodes, meridian, model.obstacles, step, model.mass, model.n1)
             stopped = (1e-3 + GAP) / length
         else:
             stopped = 3.0
             meridian.ground_impulse[1 : model.n1] = stopped * model.mass[1:-1]
-            rub_meridian(nodes, meridian, model.contact, model.mass, length, model.n1)
+            rub_meridian(nodes, meridian, model.obstacles, model.mass, length, model.n1)
         expected = np.sign(speed) * np.maximum(np.abs(speed) - friction * stopped, 0.0)
         assert nodes.u[1:-1] == pytest.approx(expected, rel=1e-9, abs=1e-12)
         assert nodes.x[1:-1] == pytest.approx(0.2 + length * (expected - speed), rel=1e-12)

@@ -20,24 +20,38 @@ from naive_self_contact import (
 )
 
 import softbrake
-from softbrake.core.arrays import PAD, ContactCount, Floats, Impulses, Nodes, Outcome, Sheet, Step
+from softbrake.core.arrays import (
+    PAD,
+    ContactCount,
+    ContactScene,
+    Floats,
+    Impulses,
+    NearPairs,
+    Nodes,
+    Obstacles,
+    Outcome,
+    SelfContact,
+    Sheet,
+    StateColumn,
+    Step,
+)
 from softbrake.core.columns import History
 from softbrake.core.contact.broad_phase import find_pairs
+from softbrake.core.contact.constants import THICKNESS
 from softbrake.core.contact.impulses import freedom_of, rigidify
 from softbrake.core.contact.narrow_phase import (
-    EDGES,
     NEVER,
-    SECOND,
     crossing_of,
     crossing_of_edges,
     crossing_of_face,
     nearest_on_edges,
     nearest_on_face,
 )
-from softbrake.core.contact.self_contact import THICKNESS, resolve_under_cover
+from softbrake.core.contact.pairs import EDGES, SECOND, PairState, load_state, store_state
+from softbrake.core.contact.self_contact import resolve_under_cover
 from softbrake.core.lanes import close_nodes
 from softbrake.core.loop.step import self_contact_step
-from softbrake.sim.build import BY_PAIR, build_self_contact, grid_view, meridian_view, with_room
+from softbrake.sim.build import build_self_contact, grid_view, meridian_view, with_room
 from softbrake.sim.simulation import Simulation
 
 pytestmark = pytest.mark.kernels
@@ -45,20 +59,23 @@ pytestmark = pytest.mark.kernels
 CONFIGS = Path(__file__).resolve().parents[1] / "configs"
 EDGE = 0.01  # m, of the cells of loose cloth
 THICK = THICKNESS * EDGE
-OPEN = (-inf, 0, inf, 0, inf, inf, 0)  # neither ground nor cover, cargo, axis
+OPEN = Obstacles(  # neither ground nor cover, cargo, axis
+    ground=-inf, friction=0.0, cover=0, cover_radius=inf, cargo=0, cargo_radius=inf, cargo_height=inf, axis=0
+)
+PLATES = OPEN._replace(ground=0.0, cover=1, cover_radius=1.0, cargo_radius=1.0)  # ground and cover
 
 
 class Cloth:
-    """Loose cloth on a closed hoop, or a meridian (one column), that nothing but its folds and walls acts on.
+    """Loose cloth on a closed hoop, or a meridian (one column), that nothing but itself and obstacles acts on.
 
     Rows 0 and n1 are held, the latter moves with the cover.
     """
 
-    def __init__(self, places: Floats, velocities: Floats, walls: tuple[float, ...] = OPEN, seed_mass: int | None = None) -> None:
+    def __init__(self, places: Floats, velocities: Floats, obstacles: Obstacles = OPEN, seed_mass: int | None = None) -> None:
         self.n1, self.n2 = places.shape[0] - 1, places.shape[1]
         shell = self.n2 > 1
         self.stride, self.first = (PAD + self.n2 + 1, PAD) if shell else (1, 0)
-        self.sheet = Sheet(self.n1, self.n2, self.stride, self.first, 0.0 if shell else 0.5 * EDGE, EDGE, *walls)
+        self.sheet = Sheet(self.n1, self.n2, self.stride, self.first, 0.0 if shell else 0.5 * EDGE, EDGE, obstacles)
         self.nodes = Nodes(*(np.zeros((self.n1 + 1) * self.stride) for _ in Nodes._fields))
         self.mass = np.full(self.n1 + 1, 2e-3)
         if seed_mass is not None:
@@ -97,12 +114,13 @@ class Cloth:
         step = Step(length, length, 0.0, self.cover, self.cover + length * cover_velocity, 1e-6)
         free = before.copy()
         free[1:-1] += length * velocities[1:-1]
-        low, high = self.sheet.ground, step.next_cover - step.gap if self.sheet.cover else inf
+        obstacles = self.sheet.obstacles
+        low, high = obstacles.ground, step.next_cover - step.gap if obstacles.cover else inf
         velocities[1:-1, :, 2] = np.clip(velocities[1:-1, :, 2], *((end - before[1:-1, :, 2]) / length for end in (low, high)))
         free[1:-1, :, 2] = np.clip(free[1:-1, :, 2], low, high)
         self.set(free, velocities)
         impulses = Impulses(self.contact, self.kinetic, self.impulse, self.self_contact.stamp)
-        resolve_under_cover(self.nodes, self.mass, impulses, self.self_contact, step, self.sheet)
+        resolve_under_cover(self.nodes, impulses, self.self_contact, ContactScene(self.mass, step, self.sheet))
         if self.self_contact.counts[ContactCount.OVERFLOW]:
             self.self_contact = with_room(self.self_contact)
         self.cover = step.next_cover
@@ -149,7 +167,8 @@ def test_nearest_point_of_a_face() -> None:
         point = random.standard_normal(3) * random.choice([1.0, 0.01], 3)
         parts, _ = triangles(corners)
         face = corners[[0, 0, 1, 1], [0, 1, 1, 0]]
-        distance, *towards, weights = nearest_on_face(tuple(tuple(values) for values in (face - point).T))
+        distance, towards, weights, presses = nearest_on_face(tuple(tuple(values) for values in (face - point).T))
+        assert presses
         assert distance == pytest.approx(min(distance_to_triangle(point, part) for part in parts[0]), rel=1e-9)
         assert sum(weights) == pytest.approx(1.0, abs=1e-12)
         assert np.array(weights) @ face + towards == pytest.approx(point, abs=1e-12)
@@ -201,7 +220,7 @@ def test_nearest_points_of_two_edges() -> None:
     inner = 0
     for _ in range(500):
         a, b, c, d = places = random.standard_normal((4, 3)) * random.choice([1.0, 0.1], 3)
-        distance, *towards, weights, inside = nearest_on_edges(seen(places))
+        distance, towards, weights, inside = nearest_on_edges(seen(places))
         assert distance == pytest.approx(distance_of_segments(a, b, c, d), rel=1e-9)
         assert sum(weights) * a == pytest.approx(np.array(weights) @ places[[1, 2, 3, 3]] + towards, abs=1e-12)
         assert inside == (0 < -weights[0] < 1 and 0 < weights[2] < 1)
@@ -216,7 +235,7 @@ def test_crossing_of_two_edges() -> None:
     for _ in range(3000):
         before = random.standard_normal((4, 3))
         after = before + 0.7 * random.standard_normal((4, 3))
-        time, *normal, weights = crossing_of_edges(seen(before), seen(after))
+        time, normal, weights = crossing_of_edges(seen(before), seen(after))
         assert time == pytest.approx(edges_pass(before[:2], before[2:], after[:2], after[2:]), abs=1e-6)
         if time < NEVER:
             passed += 1
@@ -320,17 +339,17 @@ def test_edges_of_coaxial_rings_meet_in_their_middle() -> None:
         ring, other = (
             radius * np.stack((np.cos(angles), np.sin(angles), 0 * angles), axis=-1)[k : k + 2] for radius in (0.5, 0.47)
         )
-        *_, weights, inside = nearest_on_edges(seen(np.concatenate((ring, other))))
+        _, _, weights, inside = nearest_on_edges(seen(np.concatenate((ring, other))))
         assert inside
         assert (-weights[0], weights[2]) == pytest.approx((0.5, 0.5), abs=1e-9)
 
 
-def backed(z: float, r: float, height: float = inf) -> tuple[Sheet, Step, Nodes]:
+def backed(z: float, r: float, height: float = inf) -> tuple[ContactScene, Nodes]:
     """One node at the height z (m) above a cover of 0.5 m radius and gap 1e-6 m, 0.1 m above the ground, at the radius r (m)."""
-    sheet = Sheet(2, 4, 6, 1, 0.0, EDGE, 0.0, 1, 0.5, 1, 0.5, height, 0)
+    sheet = Sheet(2, 4, 6, 1, 0.0, EDGE, Obstacles(0.0, 0.0, 1, 0.5, 1, 0.5, height, 0))
     nodes = Nodes(*(np.zeros(18) for _ in Nodes._fields))
     nodes.x[7], nodes.z[7] = r, 0.1 + z
-    return sheet, Step(1e-5, 1e-5, 0.0, 0.1, 0.1, 1e-6), nodes
+    return ContactScene(np.ones(3), Step(1e-5, 1e-5, 0.0, 0.1, 0.1, 1e-6), sheet), nodes
 
 
 @pytest.mark.parametrize(
@@ -343,15 +362,15 @@ def backed(z: float, r: float, height: float = inf) -> tuple[Sheet, Step, Nodes]
         (-0.05, 0.3, inf, None),  # nowhere
     ],
 )
-def test_walls_back_a_node(z: float, r: float, height: float, wall: tuple[int, int, int] | None) -> None:
+def test_obstacles_back_a_node(z: float, r: float, height: float, wall: tuple[int, int, int] | None) -> None:
     """Against a wall nothing gives way, away from it all, and askew what is along it."""
-    sheet, step, nodes = backed(z, r, height)
+    scene, nodes = backed(z, r, height)
     normal = np.array(wall or (0, 0, 1), float)
     along = np.array((0.0, 1.0, 0.0))
     askew = 0.6 * normal + 0.8 * along
     expected = (0.0, 1.0, 1.0, 1 - 0.36) if wall else (1.0,) * 4
     for push, freedom in zip((-normal, normal, along, -askew), expected, strict=True):
-        assert freedom_of(nodes, step, sheet, 7, *push) == pytest.approx(freedom, abs=1e-12)
+        assert freedom_of(nodes, scene, 7, tuple(push)) == pytest.approx(freedom, abs=1e-12)
 
 
 @pytest.mark.parametrize("wall", ["ground", "cover", None])
@@ -415,8 +434,7 @@ def test_bellows_pressed_flat(seed: int) -> None:
     """
     random = np.random.default_rng(seed)
     places = bellows(6, 4, 12 * EDGE)
-    walls = (0.0, 1, 1.0, 0, 1.0, inf, 0)
-    cloth = Cloth(places, np.zeros_like(places), walls, seed_mass=seed)
+    cloth = Cloth(places, np.zeros_like(places), PLATES, seed_mass=seed)
     length, met, lost = 2e-5, 0, 0.0
     while cloth.cover > 0.1 * 12 * EDGE:
         shaken = cloth.velocities
@@ -456,7 +474,7 @@ def test_layers_between_ground_and_cover() -> None:
         places[layer, half:, 1] = EDGE * 6
         places[layer, :, 2] = 0.25 * EDGE * layer
         places[layer, :, 1] += 0.4 * EDGE * (layer % 2)
-    cloth = Cloth(places, np.zeros_like(places), (0.0, 1, 1.0, 0, 1.0, inf, 0), seed_mass=3)
+    cloth = Cloth(places, np.zeros_like(places), PLATES, seed_mass=3)
     length = 1e-5
     while cloth.cover > 0.02 * EDGE:
         before, after = cloth.move(length, -min(10.0, cloth.cover / (20 * length)))
@@ -473,7 +491,7 @@ def squeezed(layers: int, length: float) -> Cloth:
         places[layer, half:, 1] = EDGE * 6
         places[layer, :, 2] = EDGE * layer / layers
         places[layer, :, 1] += 0.4 * EDGE * (layer % 2)
-    cloth = Cloth(places, np.zeros_like(places), (0.0, 1, 1.0, 0, 1.0, inf, 0), seed_mass=3)
+    cloth = Cloth(places, np.zeros_like(places), PLATES, seed_mass=3)
     while cloth.cover > 0.01 * EDGE:
         cloth.move(length, -3.0)
     return cloth
@@ -521,7 +539,7 @@ def test_search_finds_all_pairs(seed: int, reach: float) -> None:
         start = count_of(edge // 2)
         return start, start + 12 if edge % 2 else start - start % 12 + (start + 1) % 12
 
-    for pair in self_contact.pairs[:count].tolist():
+    for pair in self_contact.pairs.key[:count].tolist():
         if pair & EDGES:
             edges.add(frozenset((ends_of((pair ^ EDGES) >> 32), ends_of(pair & SECOND))))
         else:
@@ -687,7 +705,7 @@ def meridian_thrown(u: float, w: float, self_contact: bool) -> tuple[int, float,
         crossed += len(meridian_crossings(places))
         least = min(least, places[:, 0].min())
         if self_contact:
-            inside = places[:-1, 0] < falling.model.contact.cover_radius - 1e-6
+            inside = places[:-1, 0] < falling.model.obstacles.cover_radius - 1e-6
             assert (places[:-1, 1][inside] < falling.now(History.HEIGHT)).all()
     return crossed, least, falling
 
@@ -733,7 +751,7 @@ def test_shell_thrown_at_the_cover(self_contact: bool) -> None:
         _, outcome = falling.advance(most=1)
         places = places_of(falling)
         passed += len(missed_collisions(before, places))
-        inside = np.hypot(places[:-1, :, 0], places[:-1, :, 1]) < model.contact.cover_radius - 1e-6
+        inside = np.hypot(places[:-1, :, 0], places[:-1, :, 1]) < model.obstacles.cover_radius - 1e-6
         assert (places[:-1, :, 2][inside] < falling.now(History.HEIGHT)).all()
         assert falling.now(History.WORK_CONTACT) <= contact + 1e-5 * state.kinetic_start[0]
         contact = falling.now(History.WORK_CONTACT)
@@ -837,19 +855,40 @@ def test_arrays_grow_with_the_pairs() -> None:
     """With room for three pairs at first: the arrays are enlarged until they hold all, and the run goes on."""
     falling = drop(*CRUSH)
     few = falling.state.self_contact
-    small = few._replace(**{name: getattr(few, name)[:3].copy() for name in BY_PAIR})
+    small = few._replace(pairs=NearPairs(*(part[:3].copy() for part in few.pairs)))
     falling.state = falling.state._replace(self_contact=small)
     summary = falling.to_end()
     assert summary.outcome == "impact"
     self_contact = falling.state.self_contact
-    assert (
-        self_contact.counts[ContactCount.PAIRS]
-        <= self_contact.pairs.size
-        == self_contact.active_from.size
-        == self_contact.active.size
-        == len(self_contact.contacts)
-    )
-    assert self_contact.pairs.size > 300
+    sizes = {len(part) for part in self_contact.pairs}
+    assert sizes == {self_contact.pairs.key.size}
+    assert self_contact.counts[ContactCount.PAIRS] <= self_contact.pairs.key.size
+    assert self_contact.pairs.key.size > 300
+
+
+def test_all_arrays_by_pair_are_enlarged_alike() -> None:
+    """Each is twice as long and keeps what it has; those that are not by pair stay the same arrays."""
+    few = build_self_contact(nodes=40, rows=4, columns=6, pairs=0.25)
+    for part in few.pairs:
+        part[...] = np.arange(part.size).reshape(part.shape)
+    many = with_room(few)
+    assert [len(part) for part in few.pairs] == [10] * len(NearPairs._fields)
+    assert [len(part) for part in many.pairs] == [20] * len(NearPairs._fields)
+    for old, new in zip(few.pairs, many.pairs, strict=True):
+        assert old.dtype == new.dtype
+        assert np.array_equal(new[:10], old)
+        assert not new[10:].any()
+    assert all(getattr(many, name) is getattr(few, name) for name in SelfContact._fields if name != "pairs")
+    assert many.counts[ContactCount.STALE] == 1
+
+
+def test_state_of_a_pair_is_loaded_as_stored() -> None:
+    states = np.full((3, len(StateColumn)), np.nan)
+    state = PairState((1.0, 2.0, 3.0), (4.0, 5.0, 6.0, 7.0), 8.0, 9.0)
+    store_state(states, 1, state)
+    assert tuple(load_state(states, 1)) == tuple(state)
+    assert np.isnan(states[[0, 2]]).all()
+    assert not np.isnan(states[1]).any()
 
 
 @pytest.mark.slow

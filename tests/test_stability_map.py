@@ -99,7 +99,7 @@ def limit_of_shell(falling: Simulation) -> float:
 
 def limit_of_meridian(falling: Simulation) -> float:
     """From differences of the velocities that one step gives."""
-    model = falling.model._replace(cargo_mass=1e12, contact=falling.model.contact._replace(ground=-np.inf))
+    model = falling.model._replace(cargo_mass=1e12, obstacles=falling.model.obstacles._replace(ground=-np.inf))
     nodes, dt = meridian_view(falling.state.nodes, model), 1e-6
     kept, parts = [part.copy() for part in nodes], (nodes.x, nodes.z, nodes.u, nodes.w)
     start = np.concatenate([nodes.x[1:-1], nodes.z[1:-1], np.zeros(2 * (model.n1 - 1))])

@@ -16,7 +16,6 @@ from numpy import float64, int64
 from numpy.typing import NDArray
 
 PAD = 8
-BLOCK = 4  # cells along each side of the blocks of cloth in the search for folds that meet
 Floats = NDArray[float64]
 Ints = NDArray[int64]
 
@@ -43,11 +42,11 @@ class Peak(IntEnum):
 class ContactCount(IntEnum):
     """Entries of `SelfContact.counts`."""
 
-    DUE = 0  # 1: folds may meet
+    DUE = 0  # 1: self-contact is possible until the next choice of the step
     STALE = 1  # 1: near pairs are to be searched for anew
     OVERFLOW = 2  # 1: there were more than the arrays hold
     PAIRS = 3  # near one another
-    MISSED = 4  # pairs that passed each other, in each step, over the run
+    MISSED = 4  # missed collisions: pairs that passed each other, in each step, over the run
     SEARCHES = 5  # over the run
     TESTS = 6  # of boxes in them
     PASSES = 7  # over the active pairs, over the run
@@ -67,6 +66,20 @@ class Box(IntEnum):
     NORMAL_Z = 8
     SPREAD = 9  # rad, widest angle of a normal from that
     MARGIN = 10  # m, largest of its nodes
+
+
+class StateColumn(IntEnum):
+    """Columns of `NearPairs.state`: see contact.pairs.PairState."""
+
+    NORMAL_X = 0
+    NORMAL_Y = 1
+    NORMAL_Z = 2
+    WEIGHT_0 = 3
+    WEIGHT_1 = 4
+    WEIGHT_2 = 5
+    WEIGHT_3 = 6
+    ALLOWED = 7  # m/s
+    REACH = 8  # m
 
 
 class PressureLaw(IntEnum):
@@ -146,10 +159,10 @@ class GasPressure(NamedTuple):
     most: float  # Pa, largest p~ of the law
 
 
-class Contact(NamedTuple):
-    """What stops the fabric."""
+class Obstacles(NamedTuple):
+    """What stops the fabric: ground, the cover under the cargo, the cargo, the axis. Questions to it: core/obstacles.py."""
 
-    ground: float  # m, of the ground: 0, or -inf without contact
+    ground: float  # m, height of the ground: 0, or -inf without contact
     friction: float  # Coulomb's coefficient on ground and cover
     cover: int  # 1: the disc under the cargo, from both sides
     cover_radius: float  # m
@@ -191,7 +204,7 @@ class Model(NamedTuple):
     belts: Belts
     belt_contact: BeltContact
     pressure: GasPressure
-    contact: Contact
+    obstacles: Obstacles
     hoop: Hoop
 
 
@@ -207,7 +220,7 @@ class Step(NamedTuple):
 
 
 class Sheet(NamedTuple):
-    """How nodes and faces of a shell or a meridian are numbered, and what their folds meet."""
+    """How nodes and faces of a shell or a meridian are numbered, and what stops them."""
 
     rows: int  # of faces; rows 0 and `rows` of nodes are held
     columns: int  # 1: a meridian
@@ -215,13 +228,15 @@ class Sheet(NamedTuple):
     first: int  # node of row 0, column 0
     breadth: float  # m, half of it, of a meridian's faces across the half-plane; 0 for a shell
     edge: float  # m, shorter one of the unloaded cell
-    ground: float  # m, and below as in Contact, as far as in the way in this step
-    cover: int
-    cover_radius: float  # m
-    cargo: int
-    cargo_radius: float  # m
-    cargo_height: float  # m
-    axis: int  # 1: x stays positive
+    obstacles: Obstacles  # as far as in the way in this step
+
+
+class ContactScene(NamedTuple):
+    """What the kernels of contact between rows read."""
+
+    mass: Floats  # kg, of a node of each row
+    step: Step
+    sheet: Sheet
 
 
 class Nodes(NamedTuple):
@@ -250,20 +265,24 @@ class WorkByColumn(NamedTuple):
     contact: Floats  # of what stops the fabric but the ground, and of friction
 
 
-class SelfContact(NamedTuple):
-    """Nodes and faces, and edges, of the shell near one another, and the search for them."""
+class NearPairs(NamedTuple):
+    """Pairs near one another, arrays of the same length, the capacity: all that is enlarged where there are more pairs."""
 
-    pairs: Ints  # (capacity,), node times 2^32 plus the face's lower left node, or edges: see narrow_phase
+    key: Ints  # (capacity,), of nodes and faces, or of edges: see contact.pairs
     active_from: Floats  # m, (capacity,), travel of node and face, or of both edges, at which a pair is to be looked at again
-    active: Ints  # (capacity,), the pairs that may meet in this step, by slot: nodes and faces from the front, edges from the end
-    # Of those active, by slot, at n: unit vector to the node from face or edge, the corners' weights, speed of closing allowed
-    # (m/s), how far face or edge reach along the vector (m, negative; inf where the two touch).
-    contacts: Floats  # (capacity, 9)
+    active: Ints  # (capacity,), keys of those active in this step, by slot: nodes and faces from the front, edges from the end
+    state: Floats  # (capacity, len(StateColumn)), of those active, by slot, at n
+
+
+class SelfContact(NamedTuple):
+    """Near pairs of nodes and faces, and of edges, and the search for them (broad phase)."""
+
+    pairs: NearPairs
     path: Floats  # m, (nodes,), travelled since the last search
-    step: Floats  # m, (nodes,), in this step
+    travel: Floats  # m, (nodes,), in this step
     margin: Floats  # m, (nodes,), that may be travelled until the next search
     face_path: Floats  # m, (nodes,), largest path of the corners of a face, by its lower left one
-    face_step: Floats  # m, (nodes,), likewise
+    face_travel: Floats  # m, (nodes,), likewise
     scale: Floats  # (1,), of the margins
     normal_x: Floats  # (nodes,), of the cloth at the last search, shorter than 1 where it is creased
     normal_y: Floats
@@ -272,18 +291,18 @@ class SelfContact(NamedTuple):
     order: Ints  # (blocks,), by lower x
     cells: Ints  # (cells of two blocks,), scratch
     boxes: Floats  # (cells of two blocks, len(Box)), scratch
-    stamp: Ints  # (nodes,), pass in which a node was last pushed
+    stamp: Ints  # (nodes,), pass in which a node last took an impulse
     counts: Ints  # (len(ContactCount),)
     penetration: Floats  # (1,), largest so far, over the unloaded cell
 
 
 class Impulses(NamedTuple):
-    """Where the impulses that part lobes and folds are booked."""
+    """Where the impulses of contact between rows, at belts and of self-contact, are booked."""
 
     contact: Floats  # J, work on the nodes, by column, or by node of a meridian
     kinetic: Floats  # J, energy of the nodes, likewise
     impulse: Floats  # N s, (2,), upwards: on the cargo, of the ground on the fabric
-    stamp: Ints | None  # (nodes,), of `SelfContact`; None where lobes are parted
+    stamp: Ints | None  # (nodes,), of `SelfContact`; None at belts
 
 
 class State(NamedTuple):
@@ -302,7 +321,7 @@ class State(NamedTuple):
     overshoot: Floats  # likewise, of the overshoot once it is over, before that zero
     filtered_deceleration: Floats  # (1,) m/s^2, acceleration of the cargo behind a low-pass
     work: WorkByColumn
-    self_contact: SelfContact | None  # None where they are not asked for: kernels without them are compiled in half of the time
+    self_contact: SelfContact | None  # None where it is not asked for: kernels without it are compiled in half of the time
 
 
 class Edges(NamedTuple):
@@ -416,10 +435,10 @@ class ByColumn(NamedTuple):
 
 
 class BeforeContact(NamedTuple):
-    """The shell before its lobes and folds were parted in the step, each (nodes,), or of size 1 where neither is asked for."""
+    """The shell before contact between rows in the step, each (nodes,), or of size 1 where neither is asked for."""
 
-    before: Nodes  # velocities at n-1/2; of the rows that were parted and their neighbours also the places at n
-    free: Vectors  # m/s, velocities at n+1/2 without parting
+    before: Nodes  # velocities at n-1/2; of the rows that took impulses and their neighbours also the places at n
+    free: Vectors  # m/s, velocities at n+1/2 without that contact
     impulse: Floats  # (2,), N s, as in Impulses
 
 

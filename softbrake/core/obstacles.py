@@ -1,16 +1,18 @@
-"""Contact of the fabric with ground, cover and cargo, node by node: unilateral, without rebound."""
+"""Contact of the fabric with ground, cover, cargo and axis, node by node: unilateral, without rebound.
 
-from math import sqrt
+All that is known of arrays.Obstacles: where a node may be, what it lies on, which direction that blocks; and the rows that are
+held off them.
+"""
+
+from math import inf, sqrt
 
 from numba import uint64
 
-from softbrake.core.arrays import Step
+from softbrake.core.arrays import Obstacles, Step
 from softbrake.core.columns import History
+from softbrake.core.contact.constants import ACCELERATION_JUMP, GAP, LYING
 from softbrake.core.jit import kernel
 from softbrake.core.lanes import FIRST, close_nodes, close_vectors
-
-GAP = 1e-6  # m, least distance kept from the cover, so that the side on which cloth lies shows
-BLOW = 100.0  # m/s^2, change of the cargo's acceleration from step to step that the gap allows for
 
 
 @kernel
@@ -21,67 +23,143 @@ def foresee(now, velocity, gravity, dt, length):
     """
     cover = now[History.HEIGHT]
     next_cover = cover + length * (velocity + dt * now[History.ACCELERATION])
-    return Step(dt, length, gravity, cover, next_cover, GAP + BLOW * dt * length)
+    return Step(dt, length, gravity, cover, next_cover, GAP + ACCELERATION_JUMP * dt * length)
 
 
 @kernel
-def covers_in_the_way(contact, step):
-    """Return whether cover and cargo may stop the fabric: not where the cover is on the ground before the step ends."""
-    return (contact.cover == 1 or contact.cargo == 1) and step.next_cover > step.gap
+def may_touch(obstacles, step):
+    """Return whether the fabric may touch cover or cargo in the step; else the cover is on the ground before that."""
+    return (obstacles.cover == 1 or obstacles.cargo == 1) and step.next_cover > step.gap
 
 
 @kernel
-def allowed_place(contact, gap, x, y, z, new_x, new_y, new_z):
-    """Return the place nearest to a node's new one that cover and cargo leave it, heights counted from the cover.
+def in_the_way(obstacles, touching):
+    """Return the Obstacles without cover and cargo, unless these may be touched."""
+    there = int(touching)
+    cover, cargo = obstacles.cover * there, obstacles.cargo * there
+    ground, radius, axis = obstacles.ground, obstacles.cargo_radius, obstacles.axis
+    return Obstacles(ground, obstacles.friction, cover, obstacles.cover_radius, cargo, radius, obstacles.cargo_height, axis)
 
-    The cover is a disc, met from both sides; the cargo a cylinder standing on it, met at its side and top. Which face a node
-    meets is the one it crosses on its way from its old place, so what was outside stays outside.
+
+@kernel
+def least_radius(obstacles):
+    """Return the least radius (m) that the axis leaves a node of a meridian: -inf without it."""
+    return GAP if obstacles.axis == 1 else -inf
+
+
+@kernel
+def heights_below(step):
+    """Return the heights (m) at n and n+1 up to which a node is below the cover, less the gap."""
+    return step.cover - step.gap, step.next_cover - step.gap
+
+
+@kernel
+def reaches_up(step, z, w):
+    """Return whether a pushed node at z (m) with w (m/s) is above the cover (less the gap), or was before the step."""
+    return max(z - step.next_cover, z - step.length * w - step.cover) > -step.gap
+
+
+@kernel
+def allowed_place(obstacles, gap, x, y, z, new_x, new_y, new_z):
+    """Return the place nearest to a node's new one that cover and cargo leave it (m), heights counted from the cover.
+
+    The cover is a disc with two sides; the cargo a cylinder standing on it, with a side and a top. A node is held at the face
+    that it crosses on its way from its old place, so what was outside stays outside.
 
                     ┌───────┐           top: held a gap above
                     │ cargo │           side: moved out along the radius
              z = 0 ─┴───────┴─ cover    cover: held a gap above or below
     """
     side = 1.0 if z > 0.0 else -1.0
-    top, from_above = contact.cargo_height, z > contact.cargo_height
-    if contact.cargo and x * x + y * y < (contact.cargo_radius - gap) ** 2 and not from_above:
+    top, from_above = obstacles.cargo_height, z > obstacles.cargo_height
+    if obstacles.cargo and x * x + y * y < (obstacles.cargo_radius - gap) ** 2 and not from_above:
         # The cover moved a little otherwise than foreseen: nothing between it and the top is here, but what lies on them.
         from_above = z >= 0.5 * top
         side = 1.0 if from_above else -1.0
     along_side = False  # from above past the rim of a cargo as wide as the cover
-    if contact.cover and side * new_z < gap:
+    if obstacles.cover and side * new_z < gap:
         share = (z - side * gap) / (z - new_z) if side * z > gap else 0.0
         across_x = x + share * (new_x - x)
         across_y = y + share * (new_y - y)
-        if across_x * across_x + across_y * across_y < contact.cover_radius**2:
-            along_side = side > 0.0 and contact.cargo == 1 and contact.cargo_radius >= contact.cover_radius
+        if across_x * across_x + across_y * across_y < obstacles.cover_radius**2:
+            along_side = side > 0.0 and obstacles.cargo == 1 and obstacles.cargo_radius >= obstacles.cover_radius
             new_z = new_z if along_side else side * gap
-    if along_side or (contact.cargo and 0.0 < new_z < top + gap):
+    if along_side or (obstacles.cargo and 0.0 < new_z < top + gap):
         radius = sqrt(new_x * new_x + new_y * new_y)
-        if radius < contact.cargo_radius:
+        if radius < obstacles.cargo_radius:
             share = (z - top - gap) / (z - new_z) if z > top + gap else 0.0
             across_x = x + share * (new_x - x)
             across_y = y + share * (new_y - y)
-            if new_z > top or (from_above and across_x * across_x + across_y * across_y < contact.cargo_radius**2):
+            if new_z > top or (from_above and across_x * across_x + across_y * across_y < obstacles.cargo_radius**2):
                 new_z = top + gap
             else:
-                outwards = contact.cargo_radius / max(radius, gap)
+                outwards = obstacles.cargo_radius / max(radius, gap)
                 new_x *= outwards
                 new_y *= outwards
     return new_x, new_y, new_z
 
 
 @kernel
+def on_ground(obstacles, z):
+    """Return whether a node at the height z (m) lies on the ground."""
+    return z <= obstacles.ground
+
+
+@kernel
+def on_cover(obstacles, step, x, y, above):
+    """Return whether a node at x, y, and so much above the cover (m), lies on it."""
+    return obstacles.cover == 1 and abs(above) <= (1.0 + LYING) * step.gap and x * x + y * y < obstacles.cover_radius**2
+
+
+@kernel
+def on_cargo(obstacles, step, x, y, above):
+    """Return whether a node at x, y, and so much above the cover (m), lies at the cargo's side, or on it."""
+    beside = x * x + y * y <= ((1.0 + LYING) * obstacles.cargo_radius) ** 2
+    return obstacles.cargo == 1 and beside and 0.0 < above <= obstacles.cargo_height + step.gap
+
+
+@kernel
+def on_cover_or_cargo(obstacles, step, x, y, z):
+    """Return whether a node at x, y, z (m) lies on the cover, or on the cargo or at its side."""
+    above = z - step.next_cover
+    return on_cover(obstacles, step, x, y, above) or on_cargo(obstacles, step, x, y, above)
+
+
+@kernel
+def blocked_part(obstacles, step, x, y, z, direction):
+    """Return the part of a unit vector along the outward normal of what a node at x, y, z (m) lies on: blocked if negative.
+
+    One face only, looked for in this order: ground, cover, cargo, axis. 0 where it lies on none.
+    """
+    nx, ny, nz = direction
+    above = z - step.next_cover
+    part = 0.0
+    if on_ground(obstacles, z):
+        part = nz
+    elif on_cover(obstacles, step, x, y, above):
+        part = nz if above > 0.0 else -nz
+    elif on_cargo(obstacles, step, x, y, above):
+        part = nz if above > obstacles.cargo_height else (x * nx + y * ny) / obstacles.cargo_radius
+    elif x <= (1.0 + LYING) * least_radius(obstacles):
+        part = nx
+    return part
+
+
+@kernel
 def any_above(z, w, step, node, columns):
     """Return whether a node of a pushed row is above the cover (less the gap), or was before the step. Reads z (m), w (m/s)."""
-    length, now, before = step.length, step.next_cover - step.gap, step.cover - step.gap
+    length, (before, now) = step.length, heights_below(step)
     above = 0
     for j in range(uint64(columns)):
         above |= int(z[node + j] > now) | int(z[node + j] - length * w[node + j] > before)
     return above > 0
 
 
+# Kernels of a row take as many arrays as push_row, whose order they keep: a tuple of them would be of one use only.
+
+
 @kernel
-def press_row(nodes, jump, area, pressure, mean, work, by_column, contact, step, mass, node, row, columns):
+def press_row(nodes, jump, area, pressure, mean, work, by_column, obstacles, step, mass, node, row, columns):
     """Hold a row of pushed nodes off cover and cargo, and rub it on the cover.
 
     Reads step: a Step; mass (kg) of a node. Writes nodes at offset node; by_column.on_cargo (N s, of the nodes on cover and
@@ -89,13 +167,13 @@ def press_row(nodes, jump, area, pressure, mean, work, by_column, contact, step,
     """
     xs, ys, zs, us, vs, ws = nodes.x, nodes.y, nodes.z, nodes.u, nodes.v, nodes.w
     jump_x, jump_y, jump_z, on_cargo = jump.x, jump.y, jump.z, by_column.on_cargo
-    length, cover, next_cover, gap, friction = step.length, step.cover, step.next_cover, step.gap, contact.friction
+    length, cover, next_cover, gap, friction = step.length, step.cover, step.next_cover, step.gap, obstacles.friction
     per_length = 1.0 / length
     for j in range(uint64(columns)):
         u, v, w = us[node + j], vs[node + j], ws[node + j]
         x, y, z = xs[node + j], ys[node + j], zs[node + j] - next_cover
         old_z = zs[node + j] - length * w - cover
-        new_x, new_y, new_z = allowed_place(contact, gap, x - length * u, y - length * v, old_z, x, y, z)
+        new_x, new_y, new_z = allowed_place(obstacles, gap, x - length * u, y - length * v, old_z, x, y, z)
         jump_u, jump_v, jump_w = (new_x - x) * per_length, (new_y - y) * per_length, (new_z - z) * per_length
         if friction > 0.0 and abs(new_z) == gap:  # on the cover
             left = slowed(u + jump_u, v + jump_v, friction * abs(jump_w))
@@ -116,13 +194,13 @@ def slowed(u, v, most):
 
 
 @kernel
-def rub_row(nodes, jump, area, pressure, mean, work, by_column, contact, step, mass, node, row, columns):
+def rub_row(nodes, jump, area, pressure, mean, work, by_column, obstacles, step, mass, node, row, columns):
     """Slow what the ground stopped in the push of a row, by Coulomb's law.
 
     Reads by_column.ground_impulse (N s); jump: scratch.
     """
     u, v, jump_x, jump_y, jump_z, ground_impulse = nodes.u, nodes.v, jump.x, jump.y, jump.z, by_column.ground_impulse
-    most = contact.friction / mass
+    most = obstacles.friction / mass
     for j in range(uint64(columns)):
         lost = slowed(u[node + j], v[node + j], most * ground_impulse[j]) - 1.0
         jump_x[FIRST + j] = lost * u[node + j]
@@ -156,19 +234,6 @@ def stop_row(nodes, jump, area, pressure, mean, work, by_column, step, mass, nod
         change_velocity(nodes, a, length, u, v, w)
     close_nodes(nodes, node, columns)
     close_vectors(mean, row, columns)
-
-
-@kernel
-def add_velocity_jump(nodes, impulses, a, slot, mass, length, u, v, w):
-    """Give node a a jump of velocity (m/s) at n+1/2, after the step that pushed it.
-
-    For contact between rows, whose works are recorded already; add_contact_work_of_shell and add_contact_work_of_meridian amend
-    them. Writes nodes, and the work (J) to a slot of impulses.
-    """
-    gain = mass * (u * (nodes.u[a] + 0.5 * u) + v * (nodes.v[a] + 0.5 * v) + w * (nodes.w[a] + 0.5 * w))
-    impulses.contact[slot] += gain
-    impulses.kinetic[slot] += gain
-    change_velocity(nodes, a, length, u, v, w)
 
 
 @kernel

@@ -9,7 +9,6 @@ import numpy as np
 from softbrake.case.case import Case
 from softbrake.case.sections.numerics import ONE_COLUMN
 from softbrake.core.arrays import (
-    BLOCK,
     PAD,
     BeforeContact,
     BeltContact,
@@ -19,7 +18,6 @@ from softbrake.core.arrays import (
     ByColumn,
     ByRow,
     Cells,
-    Contact,
     ContactCount,
     Edges,
     Floats,
@@ -29,7 +27,9 @@ from softbrake.core.arrays import (
     Membrane,
     Meridian,
     Model,
+    NearPairs,
     Nodes,
+    Obstacles,
     Peak,
     PressureLaw,
     RunningMaximum,
@@ -37,17 +37,18 @@ from softbrake.core.arrays import (
     SelfContact,
     Source,
     State,
+    StateColumn,
     Vectors,
     WorkByColumn,
     Workspace,
 )
 from softbrake.core.columns import History
+from softbrake.core.contact.constants import BLOCK
 
 OVERSHOOT = 0.9  # of the shell's height: below 0.913 a static wall touches the covers, and contact decides what it bears
 LUMPED_STEPS = 2000  # in which the cargo would fall the shell's height at its first velocity
 WEIGHINGS = 4
-PAIRS_PER_NODE = 0.25  # near one another, of folds, to begin with
-BY_PAIR = ("pairs", "active_from", "active", "contacts")  # arrays of `SelfContact` with room for the pairs
+PAIRS_PER_NODE = 0.25  # near one another, to begin with
 PLEATS = 64  # the same of a meridian, all of whose segments may lie on one another
 FREE = 1  # first free node of a meridian
 SLIVER = 1e-3  # least part of a belt that a row carries, of what the row with most of it does
@@ -134,7 +135,7 @@ def build_model(case: Case) -> Model:
             damping=law.damping,
             most=law.largest,
         ),
-        contact=Contact(
+        obstacles=Obstacles(
             ground=0.0 if "ground" in case.contact else -inf,
             friction=case.friction,
             cover=int("cover" in case.contact),
@@ -142,7 +143,7 @@ def build_model(case: Case) -> Model:
             cargo=int("cargo" in case.contact),
             cargo_radius=0.5 * case.cargo.diameter,
             cargo_height=inf if case.cargo.height is None else case.cargo.height,
-            axis=int("axis" in case.contact),
+            axis=int("axis" in case.contact and n2 == 1),
         ),
         hoop=Hoop(
             whole=whole,
@@ -211,21 +212,18 @@ def build_state(case: Case, model: Model) -> State:
 
 
 def build_self_contact(nodes: int, rows: int, columns: int, pairs: float) -> SelfContact:
-    """Return the arrays of the contact of folds, for so many nodes with so many pairs each, rows and columns of cells.
+    """Return the arrays of self-contact, for so many nodes with so many pairs each, rows and columns of cells.
 
     nodes: size of their arrays.
     """
-    blocks, available_space = -(-rows // BLOCK) * -(-columns // BLOCK), int(pairs * nodes)
+    blocks = -(-rows // BLOCK) * -(-columns // BLOCK)
     return SelfContact(
-        pairs=np.zeros(available_space, np.int64),
-        active_from=np.zeros(available_space),
-        active=np.zeros(available_space, np.int64),
-        contacts=np.zeros((available_space, 9)),
+        pairs=build_near_pairs(int(pairs * nodes)),
         path=np.zeros(nodes),
-        step=np.zeros(nodes),
+        travel=np.zeros(nodes),
         margin=np.full(nodes, -1.0),  # used up
         face_path=np.zeros(nodes),
-        face_step=np.zeros(nodes),
+        face_travel=np.zeros(nodes),
         scale=np.ones(1),
         normal_x=np.zeros(nodes),
         normal_y=np.zeros(nodes),
@@ -240,18 +238,27 @@ def build_self_contact(nodes: int, rows: int, columns: int, pairs: float) -> Sel
     )
 
 
+def build_near_pairs(capacity: int) -> NearPairs:
+    """Return the arrays of so many near pairs."""
+    return NearPairs(
+        key=np.zeros(capacity, np.int64),
+        active_from=np.zeros(capacity),
+        active=np.zeros(capacity, np.int64),
+        state=np.zeros((capacity, len(StateColumn))),
+    )
+
+
 def with_room(self_contact: SelfContact) -> SelfContact:
-    """Return the arrays of the contact of folds with room for twice as many pairs, and those there are."""
+    """Return the arrays of self-contact with room for twice as many pairs, and those there are."""
     self_contact.counts[ContactCount.OVERFLOW] = 0
     self_contact.counts[ContactCount.STALE] = 1  # some pairs found no room
     self_contact.scale[0] = 1.0
-    arrays = {name: getattr(self_contact, name) for name in BY_PAIR}
-    more = {name: np.concatenate((part, np.zeros_like(part))) for name, part in arrays.items()}
-    return self_contact._replace(**more)
+    pairs = self_contact.pairs
+    return self_contact._replace(pairs=NearPairs._make(np.concatenate((part, np.zeros_like(part))) for part in pairs))
 
 
 def build_workspace(model: Model, self_contact: bool = False) -> Workspace:
-    """Return the scratch arrays of a step; folds: whether those are asked for."""
+    """Return the scratch arrays of a step; self_contact: whether that is asked for."""
     lanes, stride = _lanes(model.n2), model.stride
     return Workspace(
         generatrix=Edges(*_rows(2, stride, Edges._fields)),
@@ -270,11 +277,11 @@ def build_workspace(model: Model, self_contact: bool = False) -> Workspace:
         maximum_belt=RunningMaximum(*_rows(1, lanes, RunningMaximum._fields)),
         by_column=ByColumn(*_rows(1, lanes, ByColumn._fields)),
         by_row=_by_row(model),
-        before_contact=_parting(model, self_contact),
+        before_contact=_before_contact(model, self_contact),
     )
 
 
-def _parting(model: Model, self_contact: bool) -> BeforeContact:
+def _before_contact(model: Model, self_contact: bool) -> BeforeContact:
     count, size = (model.n1 + 1, model.stride) if self_contact or model.belt_contact.below.size > 0 else (1, 1)
     before, free = (_rows(count, size, fields) for fields in (Nodes._fields, Vectors._fields))
     return BeforeContact(Nodes(*before), Vectors(*free), np.zeros(2))

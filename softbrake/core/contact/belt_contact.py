@@ -5,11 +5,11 @@ from math import sqrt
 from numba import uint64
 
 from softbrake.core.arrays import Impulses
-from softbrake.core.contact.impulses import hold_node
-from softbrake.core.contact.self_contact import meridian_sheet, shell_sheet
+from softbrake.core.contact.constants import GAP, NEARLY_SQUARE, OPPOSED
+from softbrake.core.contact.impulses import add_velocity_jump, hold_node
+from softbrake.core.contact.scene import row_of, scene_of_meridian, scene_of_shell
 from softbrake.core.jit import kernel
 from softbrake.core.lanes import FIRST, ONE, close_nodes
-from softbrake.core.obstacles import GAP, add_velocity_jump
 
 
 @kernel
@@ -63,13 +63,15 @@ def along(nodes, node, mx, my, mz):
 
 
 @kernel
-def separate_nodes(nodes, impulses, step, sheet, lower, upper, slot, mass_lower, mass_upper, cx, cy, cz):
-    """Keep two nodes apart along a unit vector c from the lower to the upper one. Returns 1 if they touch, else 0.
+def separate_nodes(nodes, impulses, scene, lower, upper, slot, way):
+    """Keep two nodes apart along a unit vector, the way from the lower to the upper one. Returns 1 if they touch, else 0.
 
-    What was a gap apart stays so, what was nearer comes no nearer: resting is always allowed, so no energy arises. Ground, cover
-    and cargo have the last word. Writes nodes, impulses, works to its slot.
+    What was a gap apart stays so, what was nearer comes no nearer: resting is always allowed, so no energy arises. Obstacles
+    have the last word. Reads scene. Writes nodes, impulses, works to its slot.
     """
-    length = step.length
+    length, mass, sheet = scene.step.length, scene.mass, scene.sheet
+    cx, cy, cz = way
+    mass_lower, mass_upper = mass[row_of(sheet, lower)], mass[row_of(sheet, upper)]
     apart = along(nodes, upper, cx, cy, cz) - along(nodes, lower, cx, cy, cz)
     closing = length * (
         cx * (nodes.u[lower] - nodes.u[upper]) + cy * (nodes.v[lower] - nodes.v[upper]) + cz * (nodes.w[lower] - nodes.w[upper])
@@ -78,10 +80,10 @@ def separate_nodes(nodes, impulses, step, sheet, lower, upper, slot, mass_lower,
     if missing < 0.0:
         return 0
     impulse = missing / (length * (1.0 / mass_lower + 1.0 / mass_upper))
-    for node, mass, way in ((lower, mass_lower, -1.0), (upper, mass_upper, 1.0)):
-        change = way * impulse / mass
-        add_velocity_jump(nodes, impulses, node, slot, mass, length, change * cx, change * cy, change * cz)
-        hold_node(nodes, impulses, step, sheet, node, slot, mass)
+    for node, m, side in ((lower, mass_lower, -1.0), (upper, mass_upper, 1.0)):
+        change = side * impulse / m
+        add_velocity_jump(nodes, impulses, node, slot, m, length, change * cx, change * cy, change * cz)
+        hold_node(nodes, impulses, scene, node, slot)
     return 1
 
 
@@ -111,7 +113,7 @@ def may_fold(nodes, belt_contact, stride, columns):
         a, b = uint64(belt_contact.below[k]) * stride + FIRST, uint64(belt_contact.above[k]) * stride + FIRST
         for j in range(uint64(columns)):
             product, square_1, square_2 = between(nodes, a + j, b + j, stride)
-            some |= int(product > 0.0) | int(100.0 * product * product < square_1 * square_2)
+            some |= int(product > 0.0) | int(NEARLY_SQUARE * product * product < square_1 * square_2)
     return some > 0
 
 
@@ -128,10 +130,10 @@ def any_folded(nodes, a, b, stride, columns):
 def resolve_belt_contact(model, nodes, work, by_column, before_contact, step, touching):
     """Keep the sub-regions G1 below and G2 above each belt out of one another. Condition (2.5).
 
-    Where the lobes fold over the belt, their normals m1, m2 are opposed, and the rows M1, M2 next to the belt may meet: they are
-    kept apart along m2 - m1. Where they touch, N1 and N2 beyond them, on the same generatrix and on those beside it, must deviate
-    to their own sides, delta1 > 0 and delta2 > 0; where one does not, N1 and N2 are kept apart as well. Lobes that meet further
-    out are not seen: those are folds.
+    Where the lobes fold over the belt, their normals m1, m2 are opposed, and the rows M1, M2 next to the belt may touch: they are
+    kept apart along m2 - m1. Where they do, N1 and N2 beyond them, on the same generatrix and on those beside it, must deviate
+    to their own sides, delta1 > 0 and delta2 > 0; where one does not, N1 and N2 are kept apart as well. Lobes that touch further
+    out are not seen: that is self-contact.
 
            N1 ── M1 ┐      gas below, m1 downwards
                     B      belt
@@ -140,8 +142,8 @@ def resolve_belt_contact(model, nodes, work, by_column, before_contact, step, to
     Reads model, step; touching: whether cover and cargo are in the way. Writes nodes, work.contact; by_column.kinetic;
     before_contact.impulse; scratch in the places of before_contact.before.
     """
-    stride, columns, mass, belt_contact = uint64(model.stride), model.n2, model.mass, model.belt_contact
-    sheet = shell_sheet(model, touching)
+    stride, columns, belt_contact = uint64(model.stride), model.n2, model.belt_contact
+    scene = scene_of_shell(model, step, touching)
     impulses, ways = Impulses(work.contact, by_column.kinetic, before_contact.impulse, None), before_contact.before
     half = 0.5 * model.fabric.h2 / model.radius  # sine of half the angle between two generatrices
     cos, sin = 1.0 - 2.0 * half * half, 2.0 * half * sqrt(1.0 - half * half)
@@ -157,7 +159,7 @@ def resolve_belt_contact(model, nodes, work, by_column, before_contact, step, to
             cx, cy, cz = ways.x[a], ways.y[a], ways.z[a]
             if cx == 0.0 and cy == 0.0 and cz == 0.0:
                 continue
-            touch = separate_nodes(nodes, impulses, step, sheet, a, b, j, mass[row_1], mass[row_2], cx, cy, cz)
+            touch = separate_nodes(nodes, impulses, scene, a, b, j, (cx, cy, cz))
             moved += touch
             if touch == 0:
                 ways.x[a], ways.y[a], ways.z[a] = 0.0, 0.0, 0.0
@@ -178,7 +180,7 @@ def resolve_belt_contact(model, nodes, work, by_column, before_contact, step, to
                     turn = 1.0 + around * around * (cos - 1.0)  # the way apart turns with the generatrix
                     nx, ny, column = turn * cx - side * cy, turn * cy + side * cx, (j + around + columns) % columns
                     c, d = start_1 - stride + uint64(column), start_2 + stride + uint64(column)
-                    separate_nodes(nodes, impulses, step, sheet, c, d, column, mass[row_1 - 1], mass[row_2 + 1], nx, ny, cz)
+                    separate_nodes(nodes, impulses, scene, c, d, column, (nx, ny, cz))
         close_nodes(nodes, start_1 - stride, columns)
         close_nodes(nodes, start_2 + stride, columns)
 
@@ -191,7 +193,7 @@ def find_ways(nodes, ways, start_1, start_2, stride, columns):
         x1, y1, z1 = inward_normal(nodes, a, stride)
         x2, y2, z2 = inward_normal(nodes, b, stride)
         square = (x2 - x1) ** 2 + (y2 - y1) ** 2 + (z2 - z1) ** 2
-        opposed = folded(nodes, a, b, stride) and square > 2.0  # more than a right angle apart
+        opposed = folded(nodes, a, b, stride) and square > OPPOSED
         scale = 1.0 / sqrt(square) if opposed else 0.0
         ways.x[a] = scale * (x2 - x1)
         ways.y[a] = scale * (y2 - y1)
@@ -202,11 +204,10 @@ def find_ways(nodes, ways, start_1, start_2, stride, columns):
 def resolve_belt_contact_of_meridian(model, nodes, meridian, step):
     """Keep the lobes of the axisymmetric shell apart at each belt, as resolve_belt_contact does. Condition (2.5).
 
-    Where all columns are alike b12 is zero; N on the generatrices beside M deviates by b22 more. Writes nodes, meridian.impulse;
-    add_contact_work_of_meridian books them. Returns whether any were kept.
+    Where all columns are alike b12 is zero; N on the generatrices beside M deviates by b22 more. Reads model, step. Writes nodes,
+    meridian.impulse; add_contact_work_of_meridian books them. Returns whether any were kept.
     """
-    mass, belt_contact, moved = model.mass, model.belt_contact, 0
-    sheet = meridian_sheet(model, step)
+    belt_contact, moved, scene = model.belt_contact, 0, scene_of_meridian(model, step)
     impulses = Impulses(meridian.contact, meridian.kinetic, meridian.impulse, None)
     for k in range(belt_contact.below.size):
         a, b = uint64(belt_contact.below[k]), uint64(belt_contact.above[k])
@@ -215,10 +216,10 @@ def resolve_belt_contact_of_meridian(model, nodes, meridian, step):
         x1, z1 = inward_normal_of_meridian(nodes, a)
         x2, z2 = inward_normal_of_meridian(nodes, b)
         square = (x2 - x1) ** 2 + (z2 - z1) ** 2
-        if square <= 2.0:
+        if square <= OPPOSED:
             continue
         cx, cz = (x2 - x1) / sqrt(square), (z2 - z1) / sqrt(square)
-        touch = separate_nodes(nodes, impulses, step, sheet, a, b, a, mass[a], mass[b], cx, 0.0, cz)
+        touch = separate_nodes(nodes, impulses, scene, a, b, a, (cx, 0.0, cz))
         moved |= touch
         if touch > 0 and a > 1 and b < model.n1 - 1:
             rise = 2.0 * (model.hoop.cos - 1.0)
@@ -226,7 +227,7 @@ def resolve_belt_contact_of_meridian(model, nodes, meridian, step):
             least_2 = bend(nodes, b, ONE, x2, 0.0, z2) + min(rise * x2 * nodes.x[b], 0.0)
             if min(least_1, least_2) <= 0.0:
                 a, b = a - ONE, b + ONE
-                separate_nodes(nodes, impulses, step, sheet, a, b, a, mass[a], mass[b], cx, 0.0, cz)
+                separate_nodes(nodes, impulses, scene, a, b, a, (cx, 0.0, cz))
     return moved
 
 

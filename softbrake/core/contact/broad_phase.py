@@ -1,7 +1,8 @@
-"""Which nodes and faces, and which edges, of the shell are near one another: boxes around blocks of cloth, sorted along x.
+"""Broad phase: which nodes and faces, and which edges, of the shell are near one another, by boxes sorted along x.
 
-Blocks whose boxes overlap are looked into, but for those whose normals nearly agree: where folds meet, their normals are
-opposed, since either the gas or the air between them is on the same side of both. Smooth cloth thus costs next to nothing.
+Boxes are around blocks of cloth (sweep and prune). Those that overlap are looked into, but for smooth cloth, whose normals nearly
+agree: in self-contact normals are opposed, since either the gas or the air between is on the same side of both. Smooth cloth thus
+costs next to nothing.
 After P. Volino, N. Magnenat-Thalmann, Efficient self-collision detection on smoothly discretized surface animations using
 geometrical shape regularity (1994), and X. Provot, Collision and self-collision handling in cloth model dedicated to design
 garments (1997).
@@ -11,11 +12,10 @@ from math import acos, inf, sqrt
 
 from numba import uint64
 
-from softbrake.core.arrays import BLOCK, Box, ContactCount
-from softbrake.core.contact.narrow_phase import EDGES, corners_of, end_of
+from softbrake.core.arrays import Box, ContactCount
+from softbrake.core.contact.constants import BLOCK, SMOOTH_COSINE
+from softbrake.core.contact.pairs import corners_of, end_of, key_of_edges
 from softbrake.core.jit import kernel
-
-SAME = 0.7  # cosine of the angle of normals below which cloth may fold onto itself before the next search
 
 
 @kernel
@@ -23,8 +23,8 @@ def find_pairs(nodes, self_contact, sheet, near):
     """Find all pairs of a node and a face, or two edges, that may be near each other (m) within their margins, at n+1.
 
     Not those of a face and its corners, of edges with one end, nor of smooth cloth. Returns their number; those beyond the
-    capacity of self_contact.pairs are counted, not kept. Writes self_contact.pairs, active_from (m: distance of boxes less near),
-    scratch.
+    capacity of self_contact.pairs are counted, not kept. Reads nodes, sheet, self_contact.margin. Writes self_contact.pairs.key,
+    active_from (m: distance of boxes less near), counts[TESTS], scratch.
     """
     blocks, order, widest = self_contact.blocks, self_contact.order, 0.0
     update_normals(nodes, self_contact, sheet)
@@ -40,7 +40,7 @@ def find_pairs(nodes, self_contact, sheet, near):
             b = order[q]
             if blocks[b, Box.LOW_X] > blocks[a, Box.HIGH_X] + reach + widest:
                 break
-            if not may_meet(blocks, a, b, reach + blocks[b, Box.MARGIN], sheet.columns > 1):
+            if not may_touch_each_other(blocks, a, b, reach + blocks[b, Box.MARGIN], sheet.columns > 1):
                 continue
             count = add_pairs(nodes, self_contact, sheet, a, b, near, count)
         self_contact.counts[ContactCount.TESTS] += q - p + 1
@@ -136,7 +136,7 @@ def sort_blocks(blocks, order):
 
 
 @kernel
-def may_meet(blocks, a, b, reach, wide):
+def may_touch_each_other(blocks, a, b, reach, wide):
     """Return whether two blocks, or parts of one, are within reach (m) of each other; not of wide cloth that is smooth there."""
     box, other = blocks[a], blocks[b]
     over_y = box[Box.LOW_Y] <= other[Box.HIGH_Y] + reach and other[Box.LOW_Y] <= box[Box.HIGH_Y] + reach
@@ -146,12 +146,12 @@ def may_meet(blocks, a, b, reach, wide):
     cosine = box[Box.NORMAL_X] * other[Box.NORMAL_X] + box[Box.NORMAL_Y] * other[Box.NORMAL_Y]
     cosine += box[Box.NORMAL_Z] * other[Box.NORMAL_Z]
     between = acos(min(max(cosine, -1.0), 1.0)) + box[Box.SPREAD] + other[Box.SPREAD]
-    return not wide or between > acos(SAME)
+    return not wide or between > acos(SMOOTH_COSINE)
 
 
 @kernel
 def add_pairs(nodes, self_contact, sheet, a, b, near, count):
-    """Add the pairs of block a and block b within reach (m) of each other: node and face, and two edges. Returns their count.
+    """Add the pairs of block a and block b near each other (m): node and face, and two edges. Returns the count of pairs.
 
     By cells: a cell is a face with its lower left node, and the edges that start there; on the cover there is no face.
     """
@@ -173,7 +173,7 @@ def add_pairs(nodes, self_contact, sheet, a, b, near, count):
 
 @kernel
 def collect_cells(nodes, self_contact, sheet, block, other, near, count):
-    """Write the cells of a block within reach (m) of the box around the other, and their own boxes, after so many.
+    """Write the cells of a block that are near (m) the box around the other, and their own boxes, after so many.
 
     Returns how many there are then. Writes self_contact.cells, boxes.
     """
@@ -217,7 +217,7 @@ def square_between(spans, others):
 
 @kernel
 def add_node_and_face(nodes, self_contact, sheet, node, box, face, near, count):
-    """Add the pair of a node and a face with its box, where they are within reach (m). Returns the count of pairs."""
+    """Add the pair of a node and a face with its box, where they are near (m). Returns the count of pairs."""
     if face // sheet.stride == sheet.rows:
         return count
     corners = corners_of(face, sheet)
@@ -230,7 +230,7 @@ def add_node_and_face(nodes, self_contact, sheet, node, box, face, near, count):
 
 @kernel
 def add_edges(nodes, self_contact, sheet, cell, other, near, count):
-    """Add the pairs of edges of two cells within reach (m), but for those that share a node. Returns their count."""
+    """Add the pairs of edges of two cells that are near (m), but for those that share a node. Returns the count of pairs."""
     margin = self_contact.margin
     for edge in range(2 * cell, 2 * cell + 1 + int(cell // sheet.stride < sheet.rows)):
         i, j = end_of(edge, sheet)
@@ -241,7 +241,7 @@ def add_edges(nodes, self_contact, sheet, cell, other, near, count):
                 continue
             reach = near + max(margin[i], margin[j]) + max(margin[k], margin[m])
             square = square_between(spans, spans_along(nodes, k, m))
-            count = keep(self_contact, EDGES | (edge << 32) | second, square, reach, near, count)
+            count = keep(self_contact, key_of_edges(edge, second), square, reach, near, count)
     return count
 
 
@@ -253,13 +253,14 @@ def spans_along(nodes, a, b):
 
 
 @kernel
-def keep(self_contact, pair, square, reach, near, count):
-    """Keep a pair where its boxes' distance squared (m^2) is within reach (m), and there is room. Returns the count of pairs."""
+def keep(self_contact, key, square, reach, near, count):
+    """Keep the key of a pair whose boxes' distance squared (m^2) is within reach (m), if there is room. Returns their count."""
     if square > reach * reach:
         return count
-    if count < self_contact.pairs.size:
-        self_contact.pairs[count] = pair
-        self_contact.active_from[count] = sqrt(square) - near
+    pairs = self_contact.pairs
+    if count < pairs.key.size:
+        pairs.key[count] = key
+        pairs.active_from[count] = sqrt(square) - near
     return count + 1
 
 

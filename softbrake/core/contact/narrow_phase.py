@@ -1,68 +1,72 @@
-"""Where a node and a face of the shell meet, or two edges: nearest points, and the crossing within a step.
+"""Narrow phase: the nearest points of a pair, and continuous collision detection within a step.
 
 A face is the four triangles about the centre of its corners, so that no diagonal is preferred. All places are relative to the
-node, which thus stands at the origin. Of the axisymmetric shell a face is a strip across the half-plane, seen edge-on. Two edges
-are written the same way: the first starts at the node and ends at the first of the corners, the second joins the next two. Then
-too the weights of the corners say how fast the two near each other, and their sum is the weight of the node: 1 for a face.
+node of the pair, which thus stands at the origin. Of the axisymmetric shell a face is a strip across the half-plane, seen
+edge-on.
 """
 
+from enum import IntEnum
 from math import inf, sqrt
+from typing import NamedTuple
 
+from softbrake.core.contact.constants import (
+    BISECTIONS,
+    ENOUGH,
+    NEAR_REBOUND,
+    PARALLEL,
+    RIM,
+    ROUND_OFF,
+    SMALLEST,
+    TINY_GAP,
+    TOO_NEAR,
+)
 from softbrake.core.jit import kernel
 
-APART, TOUCHES, PASSES = 0, 1, 2
 NEVER = 2.0  # a time beyond the step, which lasts from 0 to 1
-ENOUGH = 0.99  # of the distance wanted: the rest would take passes without end where a corner lies on the cargo
-SECOND = 2**32 - 1  # bits of a pair that name its face, or its second edge
-EDGES = 2**62  # bit of a pair of edges
-TOUCHING = 1e-3  # of the gap; nearer than this the direction from face to node says nothing
-ROUND_OFF = 1e-12  # of the gap, by which what lies in one plane seems to pass
-SMALLEST = 1e-30  # m
-PARALLEL = 1e-12  # sine squared, below which round-off would choose where two edges are nearest
-NEAR = 0.1  # of the gap
-REBOUND = 0.5  # of the speed of closing
-BISECTIONS = 50
-RIM = 1e-8  # share by which a triangle is widened, so that none slips through between two
+
+
+class Nearest(NamedTuple):
+    """The nearest points of a pair."""
+
+    distance: float  # m
+    vector: tuple[float, float, float]  # m, to the node from the face, or to the first edge from the second
+    weights: tuple[float, float, float, float]  # of the corners
+    presses: bool  # False: edges of which one is nearest at its end; there it is a node that presses on a face
+
+
+class Crossing(NamedTuple):
+    """When and where the parts of a pair first pass each other."""
+
+    time: float  # 0 … 1 within the step, or NEVER
+    normal: tuple[float, float, float]  # to the side from which the node, or the first edge, came
+    weights: tuple[float, float, float, float]  # of the corners
+
+
+class Found(IntEnum):
+    """What continuous detection finds of a pair in a step."""
+
+    APART = 0
+    TOUCHES = 1  # its parts pass each other but for round-off
+    PASSES = 2  # the node passes the face, or edge edge
+
+
+class Collision(NamedTuple):
+    """A pair in the step to n+1."""
+
+    distance: float  # m, at n+1
+    found: int  # Found
+    slowing: float  # m/s, that the speed of closing along the normal has to lose; 0 where nothing is to do
+    normal: tuple[float, float, float]
+    weights: tuple[float, float, float, float]  # of the corners
 
 
 @kernel
-def corners_of(face, sheet):
-    """Return the nodes at the corners of a face, by that of its lower left one.
+def seen_from(nodes, pair, breadth, back):
+    """Return the corners' places (m) relative to the node of a Pair, a time back (s) before n+1: four x, four y, four z.
 
-    3 ── 2
-    │    │      columns to the right, rows upwards; the one column of a meridian is its own neighbour
-    0 ── 1
+    Reads nodes; breadth (m): of a Sheet.
     """
-    column = face % sheet.stride - sheet.first
-    right = face + (1 if column + 1 < sheet.columns else 1 - sheet.columns)
-    return face, right, right + sheet.stride, face + sheet.stride
-
-
-@kernel
-def end_of(edge, sheet):
-    """Return the nodes at the ends of an edge: twice the node it starts from, and 1 more for that of the generatrix."""
-    node = edge >> 1
-    return node, corners_of(node, sheet)[3 if edge & 1 else 1]
-
-
-@kernel
-def members_of(pair, sheet):
-    """Return whether a pair is one of edges, and its node and corners; beyond the last column stands the copy of the first."""
-    right = int(sheet.columns > 1)
-    second = pair & SECOND
-    if pair & EDGES == 0:
-        return False, pair >> 32, (second, second + right, second + right + sheet.stride, second + sheet.stride)
-    first = (pair ^ EDGES) >> 32
-    node, b = first >> 1, second >> 1
-    a = node + (sheet.stride if first & 1 else 1)
-    c = b + (sheet.stride if second & 1 else 1)
-    return True, node, (a, b, c, c)
-
-
-@kernel
-def seen_from(nodes, node, corners, breadth, back):
-    """Return the corners' places (m) relative to a node, a time back (s) before n+1: four x, four y, four z."""
-    a, b, c, d = corners
+    node, (a, b, c, d) = pair.node, pair.corners
     x, y, z, u, v, w = nodes.x, nodes.y, nodes.z, nodes.u, nodes.v, nodes.w
     px, py, pz = x[node] - back * u[node], y[node] - back * v[node], z[node] - back * w[node]
     qx = (x[a] - back * u[a] - px, x[b] - back * u[b] - px, x[c] - back * u[c] - px, x[d] - back * u[d] - px)
@@ -125,7 +129,7 @@ def nearest_on_triangle(aa, ab, bb, ar, br):
 
 @kernel
 def nearest_on_face(q):
-    """Return the distance (m) of the node from a face, the vector from there to the node, and the corners' weights there."""
+    """Return the Nearest points of a node and a face. Reads q: the corners seen from the node."""
     qx, qy, qz = q
     cx, cy, cz = centre_of(qx), centre_of(qy), centre_of(qz)
     least, least_x, least_y, least_z = inf, 0.0, 0.0, 0.0
@@ -146,12 +150,12 @@ def nearest_on_face(q):
         if square < least:
             least, least_x, least_y, least_z = square, x, y, z
             triangle, share, share_next = k, s, t
-    return sqrt(least), least_x, least_y, least_z, corner_weights(triangle, share, share_next)
+    return Nearest(sqrt(least), (least_x, least_y, least_z), corner_weights(triangle, share, share_next), True)
 
 
 @kernel
 def nearest_on_edges(q):
-    """Return the distance (m) of two edges, the vector from the second to the first, the weights, whether both are met inside.
+    """Return the Nearest points of two edges. Reads q: the corners seen from the node.
 
     By clamping the shares in turn: C. Ericson, Real-Time Collision Detection (2005), 5.1.9.
     """
@@ -169,19 +173,15 @@ def nearest_on_edges(q):
     inside = inside and 0.0 < s < 1.0
     s = min(max(s, 0.0), 1.0)
     x, y, z = s * ax - qx[1] - t * bx, s * ay - qy[1] - t * by, s * az - qz[1] - t * bz
-    return sqrt(x * x + y * y + z * z), x, y, z, (-s, 1.0 - t, t, 0.0), inside
+    return Nearest(sqrt(x * x + y * y + z * z), (x, y, z), (-s, 1.0 - t, t, 0.0), inside)
 
 
 @kernel
 def nearest(edges, q):
-    """Return the distance (m) of a pair, the vector from its second to its first part, the weights, and whether it presses there.
-
-    Edges do not where one is nearest at its end: there it is a node that presses on a face.
-    """
+    """Return the Nearest points of a pair of edges, or of a node and a face. Reads q: the corners seen from the node."""
     if edges:
         return nearest_on_edges(q)
-    distance, x, y, z, weights = nearest_on_face(q)
-    return distance, x, y, z, weights, True
+    return nearest_on_face(q)
 
 
 @kernel
@@ -239,10 +239,7 @@ def crossing_of(edges, r0, a0, b0, r1, a1, b1):
 
 @kernel
 def crossing_of_edges(start, end):
-    """Return when within the step (0 … 1) two edges first pass each other, the normal to the first one's side, and the weights.
-
-    start, end: their nodes at n and n+1, seen from the node of the first that is not among them.
-    """
+    """Return the Crossing of two edges. Reads start, end: the corners at n and n+1, seen from the node."""
     x0, y0, z0 = start
     x1, y1, z1 = end
     time, s, t, x, y, z = crossing_of(
@@ -254,7 +251,7 @@ def crossing_of_edges(start, end):
         (x1[0], y1[0], z1[0]),
         (x1[2] - x1[1], y1[2] - y1[1], z1[2] - z1[1]),
     )
-    return time, x, y, z, (-s, 1.0 - t, t, 0.0)
+    return Crossing(time, (x, y, z), (-s, 1.0 - t, t, 0.0))
 
 
 @kernel
@@ -286,10 +283,7 @@ def bisect(v0, v1, v2, v3, before, low, high):
 
 @kernel
 def crossing_of_face(start, end):
-    """Return when within the step (0 … 1) the node first passes through a face, the normal to whence it came, and the weights.
-
-    start, end: the corners at n and n+1, seen from the node.
-    """
+    """Return the Crossing of the node and a face. Reads start, end: the corners at n and n+1, seen from the node."""
     x0, y0, z0 = start
     x1, y1, z1 = end
     c0 = (centre_of(x0), centre_of(y0), centre_of(z0))
@@ -309,66 +303,68 @@ def crossing_of_face(start, end):
         )
         if time < first:
             first, triangle, share, share_next, nx, ny, nz = time, k, s, t, x, y, z
-    return first, nx, ny, nz, corner_weights(triangle, share, share_next)
+    return Crossing(first, (nx, ny, nz), corner_weights(triangle, share, share_next))
 
 
 @kernel
-def closing_along(nodes, node, corners, weights, nx, ny, nz):
-    """Return the speed (m/s) at which the points of a pair with these weights near each other along the normal to the node."""
-    u, v, w = nodes.u, nodes.v, nodes.w
+def closing_along(nodes, pair, weights, normal):
+    """Return the speed (m/s) at which the points of a Pair with these weights near each other along the normal to the node."""
+    u, v, w, node = nodes.u, nodes.v, nodes.w, pair.node
+    nx, ny, nz = normal
     own = nx * u[node] + ny * v[node] + nz * w[node]
     closing = 0.0
     for k in range(4):
-        a = corners[k]
+        a = pair.corners[k]
         closing += weights[k] * (nx * u[a] + ny * v[a] + nz * w[a] - own)
     return closing
 
 
 @kernel
-def detect_collision(nodes, edges, node, corners, breadth, length, gap):
-    """Return how a pair meets in the step to n+1: distance (m) there, how, slowing (m/s), normal, weights.
+def detect_collision(nodes, pair, scene, gap):
+    """Return the Collision of a Pair in the step to n+1, by continuous detection. Reads nodes, scene.
 
-    What is a gap apart at n stays so, what is nearer comes no nearer, what is on one side stays there. slowing
-    is what the speed of closing along the normal has to lose for that, at most all of it: rest is always allowed, so no energy
-    arises. 0 where nothing is to do. how: PASSES where the node passes the face, or edge edge; TOUCHES where but for round-off.
+    What would pass stays on its side, a gap (m) apart if it was so at n, else no nearer than then. The speed of closing has to
+    lose what that takes, at most all of it: rest is always allowed, so no energy arises.
     """
-    end = seen_from(nodes, node, corners, breadth, 0.0)
-    distance, rx, ry, rz, weights, presses = nearest(edges, end)
-    start = seen_from(nodes, node, corners, breadth, length)
-    time, nx, ny, nz, weights_then = crossing_of_edges(start, end) if edges else crossing_of_face(start, end)
+    breadth, length = scene.sheet.breadth, scene.step.length
+    end = seen_from(nodes, pair, breadth, 0.0)
+    there = nearest(pair.edges, end)
+    start = seen_from(nodes, pair, breadth, length)
+    crossing = crossing_of_edges(start, end) if pair.edges else crossing_of_face(start, end)
+    time, distance, apart = crossing.time, there.distance, (0.0, 0.0, 0.0)
     if time <= 1.0:
-        closing = closing_along(nodes, node, corners, weights_then, nx, ny, nz)
+        closing = closing_along(nodes, pair, crossing.weights, crossing.normal)
         if abs(closing) * length <= ROUND_OFF * gap:  # all in one plane, as on the ground: there are no sides
-            return distance, APART, 0.0, 0.0, 0.0, 0.0, weights
+            return Collision(distance, Found.APART, 0.0, apart, there.weights)
         if closing > 0.0:
             old = time * closing * length
-            return distance, PASSES, slowing_of(closing, old, old - closing * length, gap, length), nx, ny, nz, weights_then
-    elif distance >= gap or not presses:
-        return distance, APART, 0.0, 0.0, 0.0, 0.0, weights
-    old, ox, oy, oz, old_weights, pressed = nearest(edges, start)
-    if time > 1.0 and (distance >= ENOUGH * min(gap, old) or not pressed):
-        return distance, APART, 0.0, 0.0, 0.0, 0.0, weights
-    if time > 1.0 and distance > TOUCHING * gap:
-        nx, ny, nz = rx / distance, ry / distance, rz / distance
-        closing = closing_along(nodes, node, corners, weights, nx, ny, nz)
-        return distance, APART, slowing_of(closing, old, distance, gap, length), nx, ny, nz, weights
+            slowing = slowing_of(closing, old, gap, length)
+            return Collision(distance, Found.PASSES, slowing, crossing.normal, crossing.weights)
+    elif distance >= gap or not there.presses:
+        return Collision(distance, Found.APART, 0.0, apart, there.weights)
+    before = nearest(pair.edges, start)
+    old = before.distance
+    if time > 1.0 and (distance > TINY_GAP * gap or distance >= ENOUGH * min(gap, old) or not before.presses):
+        return Collision(distance, Found.APART, 0.0, apart, there.weights)
     # In the plane of the face, or turned right over within the step: the direction at n still tells the sides.
     scale = 1.0 / max(old, SMALLEST)
-    nx, ny, nz = scale * ox, scale * oy, scale * oz
-    closing = closing_along(nodes, node, corners, old_weights, nx, ny, nz)
-    slowing = slowing_of(closing, old, old - closing * length, gap, length)
-    how = PASSES if time <= 1.0 else TOUCHES if slowing > 0.0 else APART
-    return distance, how, slowing, nx, ny, nz, old_weights
+    x, y, z = before.vector
+    normal = (scale * x, scale * y, scale * z)
+    closing = closing_along(nodes, pair, before.weights, normal)
+    slowing = slowing_of(closing, old, gap, length)
+    found = Found.PASSES if time <= 1.0 else Found.TOUCHES if slowing > 0.0 else Found.APART
+    return Collision(distance, found, slowing, normal, before.weights)
 
 
 @kernel
-def slowing_of(closing, old, there, gap, length):
+def slowing_of(closing, old, gap, length):
     """Return what a speed of closing (m/s) has to lose: the lesser of a gap and the distance old (m) at n is left at n+1.
 
-    there: the distance at n+1, negative beyond the face. What has come far too near rebounds by half, lest round-off decide.
+    What was far too near rebounds by half, lest round-off decide.
     """
     if closing <= 0.0:
         return 0.0
-    if old < NEAR * gap:
-        return (1.0 + REBOUND) * closing
+    if old < TOO_NEAR * gap:
+        return (1.0 + NEAR_REBOUND) * closing
+    there = old - closing * length  # negative beyond the face
     return max(min((min(gap, old) - there) / length, closing), 0.0)

@@ -1,8 +1,8 @@
-"""Works over the jumps of velocity that part lobes and folds.
+"""Works over the jumps of velocity by contact between rows: at belts, and self-contact.
 
-Rows are pushed and their works recorded before lobes and folds are parted, as if nothing were. The jumps belong to the same step:
+Rows are pushed and their works recorded before that contact is resolved, as if there were none. Jumps belong to the same step:
 half of each is in the mean of the velocities at n-1/2 and n+1/2, over which gas, weight and tensions work. So here the rows that
-were parted are gone through once more, as they were at n, and the works over half the jumps are added. What the others do less
+jumped are gone through once more, as they were at n, and the works over half the jumps are added. What the others do less
 against contact, contact takes less: its own work changes by the opposite of theirs. That of the ground is as the push left it.
 """
 
@@ -28,7 +28,10 @@ from softbrake.core.loop.rows import (
 
 @kernel
 def begin_contact(model, state, before_contact):
-    """Return whether lobes or folds may meet in the step; if so keep the velocities at n-1/2. Writes before_contact.before."""
+    """Return whether rows may touch in the step; if so keep the velocities at n-1/2.
+
+    Reads model, state. Writes before_contact.before.
+    """
     nodes, before = state.nodes, before_contact.before
     if not self_contact_due(state.self_contact) and not may_fold(nodes, model.belt_contact, uint64(model.stride), model.n2):
         return False
@@ -41,10 +44,10 @@ def begin_contact(model, state, before_contact):
 
 @kernel
 def resolve_contact(model, state, workspace, step, touching):
-    """Part lobes and folds after all rows are pushed, and keep the velocities at n+1/2 before.
+    """Resolve contact at belts and self-contact after all rows are pushed, and keep the velocities at n+1/2 before.
 
     Reads model, step; touching: whether cover and cargo are in the way. Writes state.nodes, work.contact, self_contact;
-    workspace.by_column, before_contact.free, impulse.
+    workspace.by_column; before_contact, of whose before only scratch in its places.
     """
     nodes, work, self_contact = state.nodes, state.work, state.self_contact
     by_column, before_contact = workspace.by_column, workspace.before_contact
@@ -63,7 +66,7 @@ def resolve_contact(model, state, workspace, step, touching):
 
 @kernel
 def jumped(nodes, free, node, columns):
-    """Return whether a node of the row that starts with this one has another velocity than before the parting, free."""
+    """Return whether a node of the row that starts with this one has another velocity than before contact, free."""
     some = 0
     for a in range(node, node + uint64(columns)):
         some |= int(nodes.u[a] != free.x[a]) | int(nodes.v[a] != free.y[a]) | int(nodes.w[a] != free.z[a])
@@ -72,7 +75,7 @@ def jumped(nodes, free, node, columns):
 
 @kernel
 def find_jumps(nodes, free, n1, stride, columns):
-    """Return the first and the last free row that was parted; (n1, 0) where none was."""
+    """Return the first and the last free row that jumped; (n1, 0) where none did."""
     first, last = 1, n1 - 1
     while first < n1 and not jumped(nodes, free, uint64(first) * stride + FIRST, columns):
         first += 1
@@ -121,7 +124,7 @@ def works_of(work, j):
 
 @kernel
 def add_contact_work_of_shell(model, state, workspace, dt, length):
-    """Add what the parting of lobes and folds changed of the works of the step, after all rows are pushed.
+    """Add what contact between rows changed of the works of the step, after all rows are pushed.
 
     dt: from n-1/2 to n+1/2; length: from n to n+1 (s). Reads state.nodes at n+1, now[PRESSURE] of n, workspace.before_contact.
     Writes state.work; scratch in workspace, which it goes through as take_step does.

@@ -22,7 +22,16 @@ from softbrake.core.loop.push import lying_area
 from softbrake.core.loop.step_size import along, joined, largest, rate_of
 from softbrake.core.loop.time_loop import begin_step, choose_step, end_step, ran_away
 from softbrake.core.membrane.edges import SMALLEST_SQUARE
-from softbrake.core.obstacles import GAP, allowed_place, change_velocity, foresee, slowed
+from softbrake.core.obstacles import (
+    allowed_place,
+    change_velocity,
+    foresee,
+    heights_below,
+    least_radius,
+    may_touch,
+    reaches_up,
+    slowed,
+)
 from softbrake.core.pressure import update_damped_pressure
 
 
@@ -33,7 +42,7 @@ def take_step_of_meridian(model, state, meridian, dt, length):
     dt: from n-1/2 to n+1/2; length: from n to n+1 (s). The one column moves its share of the cargo; state.now has the whole
     shell's forces.
     """
-    n1, fabric, contact, columns = model.n1, model.fabric, model.contact, model.hoop.whole
+    n1, fabric, columns = model.n1, model.fabric, model.hoop.whole
     nodes, now, work, mass = state.nodes, state.now, state.work, model.mass
     side = fabric.h2 / model.radius
     pressure = now[History.PRESSURE]
@@ -52,23 +61,9 @@ def take_step_of_meridian(model, state, meridian, dt, length):
     elif meridian.pressure[0] != pressure:
         for i in range(lanes(n1 + 1)):
             meridian.pressure[i] = pressure
-    near = push_meridian(nodes, meridian, work, contact, step, n1)  # (2.8), (3.2), (3.4)
+    near = push_meridian(nodes, meridian, work, model.obstacles, step, n1)  # (2.8), (3.2), (3.4)
     nodes.z[top] = old_height  # the push carries it along
-    moved = near
-    if contact.friction > 0.0:
-        rub_meridian(nodes, meridian, contact, mass, length, n1)
-        moved = 1
-    impulse = 0.0
-    if near != 0:
-        impulse = press_meridian(nodes, meridian, contact, step, mass, n1)
-    meridian.impulse[0] = 0.0
-    meridian.impulse[1] = 0.0
-    moved |= resolve_belt_contact_of_meridian(model, nodes, meridian, step)  # (2.5)
-    moved |= resolve_self_contact_of_meridian(model, nodes, meridian, state.self_contact, step)
-    impulse += meridian.impulse[0]
-    ground_impulse = meridian.impulse[1]
-    if moved != 0:
-        add_contact_work_of_meridian(nodes, meridian, work, step, n1)
+    impulse, ground_impulse = resolve_contact_of_meridian(model, state, meridian, step, near)
 
     below = uint64(n1 - 1)
     pull, elastic = meridian.force[below] * meridian.z[below], meridian.elastic[below] * meridian.z[below]
@@ -203,20 +198,17 @@ def update_areas(nodes, meridian, side, n1):
 
 
 @kernel
-def push_meridian(nodes, meridian, work, contact, step, n1):
+def push_meridian(nodes, meridian, work, obstacles, step, n1):
     """Push the free nodes from n to n+1, the ground stopping them. Eqs. (2.8), (3.2), (3.4).
 
     Reads mass, edges, hoops, areas and pressure of meridian. Writes nodes; what tensions, gas, weight and ground work over the
-    means of the velocities, as if no other contact followed; meridian.mean_u, mean_w, free_u, free_w (m/s), lift (N s). Returns
-    whether some node came near to cover, cargo or axis.
+    means of the velocities, as if no other contact followed; meridian.mean_u, mean_w, free_u, free_w (m/s), ground_impulse (N s).
+    Returns whether some node came near to cover, cargo or axis.
     """
     x, z, u, w = nodes.x, nodes.z, nodes.u, nodes.w
-    dt, length, ground = step.dt, step.length, contact.ground
+    dt, length, ground, least = step.dt, step.length, obstacles.ground, least_radius(obstacles)
     per_length = 1.0 / length
-    touching = (contact.cover == 1 or contact.cargo == 1) and step.next_cover > step.gap  # else on the ground before that
-    highest = step.next_cover - step.gap if touching else inf
-    highest_before = step.cover - step.gap if touching else inf
-    least = GAP if contact.axis == 1 else -inf
+    highest_before, highest = heights_below(step) if may_touch(obstacles, step) else (inf, inf)
     near = 0
     for i in range(ONE, ONE + lanes(n1 - 1)):
         pull_x, pull_z, _, _ = tensions_at(meridian, i)
@@ -276,37 +268,60 @@ def add_works(meridian, work, step, i, u, w):
 
 
 @kernel
-def rub_meridian(nodes, meridian, contact, mass, length, n1):
-    """Slow what the ground stopped in the push, by Coulomb's law. Writes nodes."""
+def resolve_contact_of_meridian(model, state, meridian, step, near):
+    """Hold the pushed nodes off obstacles and off one another, and add what that changes of the works.
+
+    Reads model, step; near: whether some node came near to cover, cargo or axis. Writes state.nodes, work, self_contact;
+    meridian.impulse. Returns the impulses (N s, upwards) on the cargo, and of the ground on the fabric since the push.
+    """
+    nodes, obstacles, mass, n1 = state.nodes, model.obstacles, model.mass, model.n1
+    moved = near
+    if obstacles.friction > 0.0:
+        rub_meridian(nodes, meridian, obstacles, mass, step.length, n1)
+        moved = 1
+    impulse = 0.0
+    if near != 0:
+        impulse = press_meridian(nodes, obstacles, step, mass, n1)
+    meridian.impulse[0] = 0.0
+    meridian.impulse[1] = 0.0
+    moved |= resolve_belt_contact_of_meridian(model, nodes, meridian, step)  # (2.5)
+    moved |= resolve_self_contact_of_meridian(model, nodes, meridian, state.self_contact, step)
+    if moved != 0:
+        add_contact_work_of_meridian(nodes, meridian, state.work, step, n1)
+    return impulse + meridian.impulse[0], meridian.impulse[1]
+
+
+@kernel
+def rub_meridian(nodes, meridian, obstacles, mass, length, n1):
+    """Slow what the ground stopped in the push, by Coulomb's law. Reads meridian.ground_impulse. Writes nodes."""
     for i in range(ONE, uint64(n1)):
-        lost = slowed(nodes.u[i], 0.0, contact.friction * meridian.ground_impulse[i] / mass[i]) - 1.0
+        lost = slowed(nodes.u[i], 0.0, obstacles.friction * meridian.ground_impulse[i] / mass[i]) - 1.0
         change_velocity(nodes, i, length, lost * nodes.u[i], 0.0, 0.0)
 
 
 @kernel
-def press_meridian(nodes, meridian, contact, step, mass, n1):
+def press_meridian(nodes, obstacles, step, mass, n1):
     """Hold the pushed nodes off cover, cargo and axis.
 
-    Writes nodes. Returns the impulse (N s) on cover and cargo, upwards; the axis takes that
-    which holds a slack hoop at a radius of GAP, where the cloth would meet itself.
+    Reads mass (kg, by row). Writes nodes. Returns the impulse (N s) on cover and cargo, upwards; the axis takes that which holds
+    a slack hoop at least_radius, where the cloth would touch itself.
     """
-    touching = (contact.cover == 1 or contact.cargo == 1) and step.next_cover > step.gap
-    least = GAP if contact.axis == 1 else -inf
+    touching, least = may_touch(obstacles, step), least_radius(obstacles)
     length, impulse, per_length = step.length, 0.0, 1.0 / step.length
     x, z, u, w = nodes.x, nodes.z, nodes.u, nodes.w
     for i in range(ONE, uint64(n1)):
         new_x, pushed_z = x[i], z[i] - step.next_cover
         new_z = pushed_z
         old_z = z[i] - length * w[i] - step.cover
-        if touching and (new_z > -step.gap or old_z > -step.gap):
-            new_x, _, new_z = allowed_place(contact, step.gap, new_x - length * u[i], 0.0, old_z, new_x, 0.0, new_z)
+        if touching and reaches_up(step, z[i], w[i]):
+            new_x, _, new_z = allowed_place(obstacles, step.gap, new_x - length * u[i], 0.0, old_z, new_x, 0.0, new_z)
         new_x = max(new_x, least)
         if new_x == x[i] and new_z == pushed_z:
             continue
         jump_u = (new_x - x[i]) * per_length
         jump_w = (new_z - pushed_z) * per_length
-        if contact.friction > 0.0 and abs(new_z) == step.gap:  # on the cover
-            jump_u = slowed(u[i] + jump_u, 0.0, contact.friction * abs(jump_w)) * (u[i] + jump_u) - u[i]
+        if obstacles.friction > 0.0 and abs(new_z) == step.gap:  # on the cover
+            jump_u = slowed(u[i] + jump_u, 0.0, obstacles.friction * abs(jump_w)) * (u[i] + jump_u) - u[i]
         impulse -= mass[i] * jump_w
         change_velocity(nodes, i, length, jump_u, 0.0, jump_w)
     return impulse
@@ -349,10 +364,10 @@ def raise_peaks(now, peaks, meridian, n1):
 
 
 @kernel
-def raise_peak_of(peaks, which, tension, count, time, change_velocity):
-    """Keep the largest of some tensions (N/m), the first of equal ones, with its time (s) and row, shift above its index."""
+def raise_peak_of(peaks, which, tension, count, time, offset):
+    """Keep the largest of some tensions (N/m), the first of equal ones, with its time (s) and row, offset above its index."""
     for i in range(count):
-        raise_peak(peaks, which, tension[i], time, i + change_velocity)
+        raise_peak(peaks, which, tension[i], time, i + offset)
 
 
 @kernel
@@ -449,7 +464,7 @@ def advance_meridian(model, state, meridian, history, interval, most, until):
         chosen = state.steps[0] >= state.choice[0]
         if chosen:
             choose_step(state, stable_step_of_meridian(model, state.nodes, meridian))  # (3.3)
-            longest = watch_meridian(state.nodes, state.self_contact, n1, model.fabric.h1, window_of(model, state))
+            longest = watch_meridian(model, state.nodes, state.self_contact, window_of(model, state))
             state.stable_step[0] = min(state.stable_step[0], longest / model.courant)
         length, dt = begin_step(model, state)
         height, raised = take_step_of_meridian(model, state, meridian, dt, length)

@@ -30,7 +30,7 @@ from softbrake.core.loop.rows import (
 )
 from softbrake.core.loop.step_size import stable_step
 from softbrake.core.loop.time_loop import begin_step, choose_step, end_step
-from softbrake.core.obstacles import any_above, covers_in_the_way, foresee, press_row, rub_row
+from softbrake.core.obstacles import any_above, foresee, may_touch, press_row, rub_row
 
 
 @kernel
@@ -43,7 +43,7 @@ def take_step(model, state, workspace, folding):
     n1, now = model.n1, state.now
     dt, uniform = 0.5 * (state.last_step[0] + now[History.TIME_STEP]), now[History.PRESSURE] * model.hoop.gas
     step = foresee(now, state.nodes.w[uint64(n1) * uint64(model.stride) + FIRST], model.gravity, dt, now[History.TIME_STEP])
-    touching = covers_in_the_way(model.contact, step)
+    touching = may_touch(model.obstacles, step)
     height, wrinkled = 0.0, False
     begin_step_of_shell(model, state.nodes, workspace, uniform)
     for i in range(n1 + 1):
@@ -90,7 +90,7 @@ def hold_ground_row(model, now, workspace, at):
 @kernel
 def push_free_row(model, state, workspace, step, at, touching):
     """Push a row of free nodes, and stop it at ground, cover and cargo. Eqs. (3.2), (3.4). touching: of cover and cargo."""
-    nodes, work, contact, mass, n2 = state.nodes, state.work, model.contact, model.mass[at.i], model.n2
+    nodes, work, contact, mass, n2 = state.nodes, state.work, model.obstacles, model.mass[at.i], model.n2
     force, area, pressure, mean, by_column = (
         workspace.force,
         workspace.area,
@@ -127,11 +127,8 @@ def push_cover_row(model, state, workspace, step, at):
 
 @kernel
 def self_contact_step(model, state, by_column):
-    """Return the longest step (s) for contact of folds, and look whether they may meet until the next choice of the step."""
-    fabric, window = model.fabric, window_of(model, state)
-    return watch_shell(
-        state.nodes, state.self_contact, by_column, model.n1, model.n2, model.stride, fabric.h1, fabric.h2, model.radius, window
-    )
+    """Return the longest step (s) for self-contact, and look whether that is possible until the next choice of the step."""
+    return watch_shell(model, state.nodes, state.self_contact, by_column, window_of(model, state))
 
 
 @kernel
