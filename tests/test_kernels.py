@@ -39,6 +39,9 @@ from softbrake.core.loop.fields import sample_fields
 from softbrake.core.loop.step import advance
 from softbrake.core.loop.step_size import stable_step
 from softbrake.core.loop.time_loop import FILTER_TIME, event_time
+from softbrake.core.membrane import belts as belt_kernels
+from softbrake.core.membrane import edges as edge_kernels
+from softbrake.core.membrane import shear as shear_kernels
 from softbrake.core.membrane import tension as fabric
 from softbrake.core.membrane.edges import clear_forces
 from softbrake.sim.build import grid_view
@@ -221,7 +224,9 @@ def test_edge_tensions_and_forces(shell: Shell) -> None:
         # Hoops of rows 0 and n1, which are held, have no forces here, nor has row n1 of generatrix edges: it serves as row -1.
         row, forces = Rows(*(np.zeros(model.stride) for _ in Rows._fields)), []
         for i in range(model.n1 + 1):
-            fabric.update_edge_forces(g, h, row, at(model, i), at(model, i - 1 if i > 0 else model.n1), at(model, i), model.n2)
+            edge_kernels.update_edge_forces(
+                g, h, row, at(model, i), at(model, i - 1 if i > 0 else model.n1), at(model, i), model.n2
+            )
             forces.append(on_row(row, model))
         return np.array(forces)
 
@@ -243,7 +248,7 @@ def test_cell_tensions_and_forces(shell: Shell) -> None:
     def forces(cells: Cells) -> Floats:
         def add(i: int, row: Rows, above: Rows) -> None:
             here, upper = at(model, i), at(model, i + 1)
-            fabric.add_cell_forces(g, h, cells, row, above, here, here, upper, here, model.n2)
+            edge_kernels.add_cell_forces(g, h, cells, row, above, here, here, upper, here, model.n2)
 
         return gather(model, range(model.n1), add)
 
@@ -259,11 +264,11 @@ def test_shear_forces(shell: Shell) -> None:
 
     def add(i: int, row: Rows, above: Rows) -> None:
         here, upper = at(model, i), at(model, i + 1)
-        wrinkled.append(fabric.update_shear(cloth, g, h, cells, here, here, upper, here, model.n2))
-        fabric.add_shear_forces(g, h, cells, row, above, here, here, upper, here, model.n2)
+        wrinkled.append(shear_kernels.update_shear(cloth, g, h, cells, here, here, upper, here, model.n2))
+        shear_kernels.add_shear_forces(g, h, cells, row, above, here, here, upper, here, model.n2)
         if wrinkled[-1]:
-            fabric.add_diagonal_tension(cloth, g, h, cells, *tensions, here, here, upper, here, model.n2, False)
-            fabric.add_cell_forces(g, h, cells, row, above, here, here, upper, here, model.n2)
+            shear_kernels.add_diagonal_tension(cloth, g, h, cells, *tensions, here, here, upper, here, model.n2, False)
+            edge_kernels.add_cell_forces(g, h, cells, row, above, here, here, upper, here, model.n2)
 
     close(gather(model, range(model.n1), add), naive.shear_forces(cloth, shell.x))
     assert any(wrinkled) == (cloth.law == Law.TENSION_FIELD)
@@ -280,9 +285,9 @@ def test_belt_tensions_and_forces(shell: Shell) -> None:
                 return
             belt, tension = BeltRow(*(np.zeros(model.stride) for _ in BeltRow._fields)), np.zeros(model.stride)
             here, below = at(model, i), at(model, i - 1)
-            fabric.update_belt_tension(model.belts, i, h, g, belt, tension, here, below, here, model.n2)
+            belt_kernels.update_belt_tension(model.belts, i, h, g, belt, tension, here, below, here, model.n2)
             close(tension[PAD : PAD + model.n2], loads.whole[i - 1] / model.belts.width[i])
-            fabric.add_belt_forces(belt._replace(force=getattr(belt, which)), h, row, here, model.n2)
+            belt_kernels.add_belt_forces(belt._replace(force=getattr(belt, which)), h, row, here, model.n2)
 
         return gather(model, range(model.n1), add)
 
@@ -663,8 +668,8 @@ def shear_of(e1: float, e2: float, angle: float, g12: float) -> tuple[float, flo
     cells, row = Cells(*(np.zeros(4 * PAD) for _ in Cells._fields)), np.uint64(2 * PAD)
     edges[0].z[:], edges[0].x[:] = 0.1 * (1.0 + e1) * cos(angle), 0.1 * (1.0 + e1) * sin(angle)
     edges[1].x[:] = 0.1 * (1.0 + e2)
-    wrinkled = fabric.update_shear(cloth, *edges, cells, row, row, row, row, 1)
-    fabric.add_diagonal_tension(cloth, *edges, cells, *np.zeros((2, 4 * PAD)), row, row, row, row, 1, False)
+    wrinkled = shear_kernels.update_shear(cloth, *edges, cells, row, row, row, row, 1)
+    shear_kernels.add_diagonal_tension(cloth, *edges, cells, *np.zeros((2, 4 * PAD)), row, row, row, row, 1, False)
     assert wrinkled == (cells.force_1[row] > 0.0 or (wrinkled and e1 < 0.0 and e2 < 0.0))
     return 4.0 * float(cells.shear[row]), 4.0 * float(cells.force_1[row])
 
@@ -698,8 +703,8 @@ def test_sheared_cloth_has_a_potential() -> None:
         cells, row = Cells(*(np.zeros(4 * PAD) for _ in Cells._fields)), np.uint64(2 * PAD)
         r1, r2 = np.array([(1.0 + a) * sin(c), (1.0 + a) * cos(c)]), np.array([1.0 + b, 0.0])
         edges[0].x[:], edges[0].z[:], edges[1].x[:] = 0.1 * r1[0], 0.1 * r1[1], 0.1 * r2[0]
-        fabric.update_shear(cloth, *edges, cells, row, row, row, row, 1)
-        fabric.add_diagonal_tension(cloth, *edges, cells, *np.zeros((2, 4 * PAD)), row, row, row, row, 1, False)
+        shear_kernels.update_shear(cloth, *edges, cells, row, row, row, row, 1)
+        shear_kernels.add_diagonal_tension(cloth, *edges, cells, *np.zeros((2, 4 * PAD)), row, row, row, row, 1, False)
         t12, t1, t2 = (4.0 * float(part[row]) for part in (cells.shear, cells.force_1, cells.force_2))
         works.append((np.concatenate((r1, r2)), np.concatenate((t1 * r1 + t12 * r2, t2 * r2 + t12 * r1))))
     places, forces = (np.array(part) for part in zip(*works, strict=True))
