@@ -1,0 +1,1 @@
+"""Case file to frozen dataclasses, with every message about input."""

@@ -1,0 +1,1 @@
+"""One drop: its arrays, its course, its result file, its answer."""

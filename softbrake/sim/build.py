@@ -57,19 +57,50 @@ SLIVER = 1e-3  # least part of a belt that a row carries, of what the row with m
 def build_model(case: Case) -> Model:
     """Return the constants of a case on its grid.
 
-    Hoop edges are chords of arcs on which cloth and gas are reckoned, so that a round shell is one of circles. A node has
-    the mass of the cloth halfway to its neighbours, and of the belts there; a belt is shared by the rows in proportion to the
-    part of its width that lies in each one's half cells.
+    Hoop edges are chords of arcs on which cloth and gas are reckoned, so that a round shell is one of circles.
     """
-    n1, hoop = case.grid.generatrix, case.grid.hoop
-    n2 = hoop if case.model.fidelity == "full" else 1
-    radius = 0.5 * case.shell.diameter
-    h1 = case.shell.height / n1
-    h2 = 2.0 * radius * sin(pi / hoop)
+    n1, hoop, one_column = case.grid.generatrix, case.grid.hoop, case.model.fidelity in ONE_COLUMN
+    n2, radius, gas = 1 if one_column else hoop, 0.5 * case.shell.diameter, _gas(case)
+    membrane = _membrane(case, case.shell.height / n1, 2.0 * radius * sin(pi / hoop))
+    whole = 2.0 * pi * radius / (n2 * membrane.h2)  # with the cloth of arcs
+    belts, line_mass = _belts(case, membrane, n1)
+    per_mass = np.concatenate(([0.0], 1.0 / (line_mass[1:-1] * membrane.h2), [0.0]))
+    below, above = _pulls(per_mass, np.zeros_like(per_mass))
+    shared = 4.0 * per_mass
+    if case.model.scheme == "cell":
+        shared = np.add(*_pulls(per_mass, shared * belts.stiffness / (membrane.c22 * membrane.h1)))
+    return Model(
+        n1=n1,
+        n2=n2,
+        stride=1 if one_column else PAD + _lanes(n2) + PAD,
+        scheme=int(Scheme[case.model.scheme.upper()]),
+        courant=case.time.courant,
+        end=case.time.end,
+        gravity=case.gravity,
+        crushing=OVERSHOOT * case.shell.height,
+        radius=radius,
+        cargo_mass=case.cargo.mass / whole,
+        cover_area=pi * radius * radius / whole,
+        most_gas_work=gas.most * pi * case.shell.diameter**2 * case.shell.height,
+        mass=0.0 * line_mass if case.model.fidelity == "lumped" else line_mass * membrane.h2,
+        per_mass=per_mass,
+        below=below,
+        above=above,
+        shared=shared,
+        fabric=membrane,
+        belts=belts,
+        belt_contact=_lobes(belts.width if "belts" in case.contact else np.zeros(n1 + 1)),
+        pressure=gas,
+        obstacles=_obstacles(case),
+        hoop=Hoop(whole=whole, gas=1.0 if one_column else 1.0 / cos(pi / hoop), cos=cos(2.0 * pi / hoop)),
+    )
+
+
+def _membrane(case: Case, h1: float, h2: float) -> Membrane:
+    """Constants of the tension law on cells of these edges (m)."""
     cloth = case.fabric
     contraction = 1.0 - cloth.nu12 * cloth.nu21
-    true_tension = cloth.law == "true_tension"
-    fabric = Membrane(
+    return Membrane(
         law=int(Law[cloth.law.upper()]),
         h1=h1,
         h2=h2,
@@ -81,15 +112,24 @@ def build_model(case: Case) -> Model:
         g12=cloth.G12,
         viscosity=cloth.viscosity,
         floor=-inf if cloth.slack == "compression" else 0.0,
-        true_tension=float(true_tension),
+        true_tension=float(cloth.law == "true_tension"),
     )
-    whole = 2.0 * pi * radius / (n2 * h2)  # with the cloth of arcs
+
+
+def _belts(case: Case, membrane: Membrane, n1: int) -> tuple[Belts, Floats]:
+    """Belts and mass per length of hoop (kg/m) of each row of nodes.
+
+    A node has the mass of the cloth halfway to its neighbours, and of the belts there; a belt is shared by the rows in proportion
+    to the part of its width that lies in each one's half cells.
+    """
+    cloth, h1 = case.fabric, membrane.h1
+    true_tension, contraction = cloth.law == "true_tension", 1.0 - cloth.nu12 * cloth.nu21
     share = np.full(n1 + 1, h1)
     share[[0, -1]] *= 0.5
     line_mass = cloth.areal_density * share
     belts = Belts(*(np.zeros(n1 + 1) for _ in Belts._fields))
     # By (2.3) N22 feels e11, but T11 nothing of the belt: no potential allows that, so other laws make it a plain filament.
-    coupling = fabric.c12 if true_tension else 0.0
+    coupling = membrane.c12 if true_tension else 0.0
     for belt in case.belts:
         width = _overlap(belt.height, belt.width, n1, h1)
         part = width / belt.width
@@ -98,58 +138,35 @@ def build_model(case: Case) -> Model:
         belts.stiffness[:] += belt.stiffness / (contraction if true_tension else 1.0) * part
         belts.coupling[:] += coupling * width
         belts.viscosity[:] += cloth.viscosity * width
-    per_mass = np.concatenate(([0.0], 1.0 / (line_mass[1:-1] * h2), [0.0]))
-    below, above = _pulls(per_mass, np.zeros_like(per_mass))
-    shared = 4.0 * per_mass
-    if case.model.scheme == "cell":
-        shared = np.add(*_pulls(per_mass, shared * belts.stiffness / (fabric.c22 * h1)))
+    return belts, line_mass
+
+
+def _gas(case: Case) -> GasPressure:
+    """Pressure in time."""
     law = case.pressure
-    return Model(
-        n1=n1,
-        n2=n2,
-        stride=1 if case.model.fidelity in ONE_COLUMN else PAD + _lanes(n2) + PAD,
-        scheme=int(Scheme[case.model.scheme.upper()]),
-        courant=case.time.courant,
-        end=case.time.end,
-        gravity=case.gravity,
-        crushing=OVERSHOOT * case.shell.height,
-        radius=radius,
-        cargo_mass=case.cargo.mass / whole,
-        cover_area=pi * radius * radius / whole,
-        most_gas_work=law.largest * pi * case.shell.diameter**2 * case.shell.height,
-        mass=0.0 * line_mass if case.model.fidelity == "lumped" else line_mass * h2,
-        per_mass=per_mass,
-        below=below,
-        above=above,
-        shared=shared,
-        fabric=fabric,
-        belts=belts,
-        belt_contact=_lobes(belts.width if "belts" in case.contact else np.zeros(n1 + 1)),
-        pressure=GasPressure(
-            law=int(PressureLaw[law.law.upper()]),
-            value=law.value,
-            peak_time=law.peak_time,
-            end_time=law.end_time,
-            times=np.array(law.times, float),
-            values=np.array(law.values, float),
-            damping=law.damping,
-            most=law.largest,
-        ),
-        obstacles=Obstacles(
-            ground=0.0 if "ground" in case.contact else -inf,
-            friction=case.friction,
-            cover=int("cover" in case.contact),
-            cover_radius=radius,
-            cargo=int("cargo" in case.contact),
-            cargo_radius=0.5 * case.cargo.diameter,
-            cargo_height=inf if case.cargo.height is None else case.cargo.height,
-            axis=int("axis" in case.contact and n2 == 1),
-        ),
-        hoop=Hoop(
-            whole=whole,
-            gas=1.0 if case.model.fidelity in ONE_COLUMN else 1.0 / cos(pi / hoop),
-            cos=cos(2.0 * pi / hoop),
-        ),
+    return GasPressure(
+        law=int(PressureLaw[law.law.upper()]),
+        value=law.value,
+        peak_time=law.peak_time,
+        end_time=law.end_time,
+        times=np.array(law.times, float),
+        values=np.array(law.values, float),
+        damping=law.damping,
+        most=law.largest,
+    )
+
+
+def _obstacles(case: Case) -> Obstacles:
+    """What stops the fabric."""
+    return Obstacles(
+        ground=0.0 if "ground" in case.contact else -inf,
+        friction=case.friction,
+        cover=int("cover" in case.contact),
+        cover_radius=0.5 * case.shell.diameter,
+        cargo=int("cargo" in case.contact),
+        cargo_radius=0.5 * case.cargo.diameter,
+        cargo_height=inf if case.cargo.height is None else case.cargo.height,
+        axis=int("axis" in case.contact and case.model.fidelity in ONE_COLUMN),
     )
 
 

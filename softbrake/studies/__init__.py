@@ -1,0 +1,1 @@
+"""Many drops: sweep, inverse design, sensitivity, error control, work-precision, stability."""

@@ -1,0 +1,1 @@
+"""A step of each fidelity, and the loop over steps. Start reading at `step.take_step`."""

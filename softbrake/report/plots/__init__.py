@@ -1,0 +1,1 @@
+"""Pictures, all by matplotlib."""
