@@ -22,6 +22,7 @@ from softbrake.core.loop.push import lying_area
 from softbrake.core.loop.step_size import along, joined, largest, rate_of
 from softbrake.core.loop.time_loop import begin_step, choose_step, end_step, ran_away
 from softbrake.core.membrane.edges import SMALLEST_SQUARE
+from softbrake.core.membrane.tension import hooke, mean_of_corners, unilateral
 from softbrake.core.obstacles import (
     allowed_place,
     change_velocity,
@@ -117,11 +118,10 @@ def update_generatrix(fabric, nodes, meridian, side, n1):
         lower, upper = abs(x[i]) * per_2 - 1.0, abs(x[j]) * per_2 - 1.0
         per_length = fabric.h2 * inverse
         if field:
-            tension, elastic = mean_field_tension(fabric.e11 * e, fabric.c11 * e, fabric.c12 * lower, fabric.c12 * upper, viscous)
+            tension, elastic = mean_of_corners(fabric.e11 * e, fabric.c11 * e, fabric.c12 * lower, fabric.c12 * upper, viscous)
         else:
             across = 0.5 * (lower + upper)
-            hooke = fabric.c11 * e + fabric.c12 * across
-            tension, elastic = max(hooke + viscous, fabric.floor), max(hooke, fabric.floor)
+            tension, elastic = unilateral(hooke(fabric.c11, e, fabric.c12, across), viscous, fabric.floor)
             per_length *= 1.0 + fabric.true_tension * across
         meridian.x[i] = dx
         meridian.z[i] = dz
@@ -129,19 +129,6 @@ def update_generatrix(fabric, nodes, meridian, side, n1):
         meridian.tension_1[i] = tension
         meridian.force[i] = tension * per_length
         meridian.elastic[i] = elastic * per_length
-
-
-@kernel
-def mean_field_tension(alone, own, one, two, viscous):
-    """Return the tension (N/m) along an edge, and its elastic part: means of the tension field at two corners.
-
-    alone, own: E e and C e along the edge; one, two: C12 times the elongation across, of either corner.
-    """
-    least = max(alone, 0.0)
-    elastic = max(own + one, least) + max(own + two, least)
-    least = max(alone + viscous, 0.0)
-    own += viscous
-    return 0.5 * (max(own + one, least) + max(own + two, least)), 0.5 * elastic
 
 
 @kernel
@@ -163,19 +150,18 @@ def pull_hoops(fabric, nodes, meridian, side, n1):
         e1 = 0.5 * (lower + upper)
         if field:
             c12, own = fabric.c12, fabric.c22 * hoop
-            tension, elastic = mean_field_tension(fabric.e22 * hoop, own, c12 * lower, c12 * upper, viscous)
+            tension, elastic = mean_of_corners(fabric.e22 * hoop, own, c12 * lower, c12 * upper, viscous)
         else:
-            hooke = fabric.c22 * hoop + fabric.c12 * e1
-            tension, elastic = max(hooke + viscous, fabric.floor), max(hooke, fabric.floor)
+            tension, elastic = unilateral(hooke(fabric.c22, hoop, fabric.c12, e1), viscous, fabric.floor)
             width *= 1.0 + fabric.true_tension * e1
-        belt_hooke = belts.stiffness[i] * hoop + belts.coupling[i] * e1
-        belt = max(belt_hooke + belts.viscosity[i] * rate, 0.0)
+        stretched = hooke(belts.stiffness[i], hoop, belts.coupling[i], e1)
+        belt, belt_elastic = unilateral(stretched, belts.viscosity[i] * rate, 0.0)  # (2.3)
         inwards = side * sign
         meridian.tension_2[i] = tension
         meridian.belt_force[i] = belt
         meridian.hoop[i] = inwards * (tension * width + belt)
         meridian.hoop_elastic[i] = inwards * (elastic * width)
-        meridian.belt_elastic[i] = inwards * max(belt_hooke, 0.0)
+        meridian.belt_elastic[i] = inwards * belt_elastic
 
 
 @kernel

@@ -2,6 +2,7 @@
 
 from softbrake.core.jit import kernel
 from softbrake.core.lanes import FIRST, ONE, lanes
+from softbrake.core.membrane.tension import hooke, unilateral
 
 
 @kernel
@@ -21,11 +22,10 @@ def update_belt_tension(belts, row, hoop, generatrix, belt, tension, edge, below
         b = above + j
         d = FIRST + j - ONE
         across = 0.25 * (generatrix.e[a - ONE] + generatrix.e[a] + generatrix.e[b - ONE] + generatrix.e[b])
-        hooke = stiffness * hoop.e[c] + coupling * across
-        force = max(hooke + viscosity * hoop.elastic[c], 0.0)
+        force, elastic = unilateral(hooke(stiffness, hoop.e[c], coupling, across), viscosity * hoop.elastic[c], 0.0)
         tension[d] = force * per_width
         belt.force[d] = force * hoop.force[c]
-        belt.elastic[d] = max(hooke, 0.0) * hoop.force[c]
+        belt.elastic[d] = elastic * hoop.force[c]
 
 
 @kernel

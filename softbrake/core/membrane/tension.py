@@ -21,6 +21,31 @@ SMALLEST_STRETCH = 1e-12
 
 
 @kernel
+def hooke(stiffness, along, coupling, across):
+    """Return the tension (N/m) of elongations along and across. Eq. (2.9) without viscosity."""
+    return stiffness * along + coupling * across
+
+
+@kernel
+def unilateral(elastic, viscous, least):
+    """Return the whole tension (N/m) and its elastic part: neither is below the least. Eq. (2.9)."""
+    return max(elastic + viscous, least), max(elastic, least)
+
+
+@kernel
+def mean_of_corners(alone, own, one, two, viscous):
+    """Return the tension (N/m) along an edge and its elastic part: means of the tension field at two corners.
+
+    alone, own: E e and C e along the edge; one, two: C12 times the elongation across, of either corner.
+    """
+    least = max(alone, 0.0)
+    elastic = max(own + one, least) + max(own + two, least)
+    least = max(alone + viscous, 0.0)
+    own += viscous
+    return 0.5 * (max(own + one, least) + max(own + two, least)), 0.5 * elastic
+
+
+@kernel
 def update_field_tension(fabric, edges, others, tension, place, edge, lower, upper, count, modulus, stiffness, width):
     """Update the tension along a row of edges by the tension field at the four corners of each.
 
@@ -60,12 +85,12 @@ def update_tension(fabric, edges, others, tension, place, edge, lower, upper, co
         a = lower + j
         b = upper + j
         across = 0.25 * (others.e[a - ONE] + others.e[a] + others.e[b - ONE] + others.e[b])
-        hooke = stiffness * edges.e[c] + fabric.c12 * across
-        whole = max(hooke + fabric.viscosity * edges.elastic[c], fabric.floor)
+        viscous = fabric.viscosity * edges.elastic[c]
+        whole, elastic = unilateral(hooke(stiffness, edges.e[c], fabric.c12, across), viscous, fabric.floor)
         per_length = (width + widens * across) * edges.force[c]
         tension[place + j] = whole
         edges.force[c] = whole * per_length
-        edges.elastic[c] = max(hooke, fabric.floor) * per_length
+        edges.elastic[c] = elastic * per_length
 
 
 @kernel
@@ -109,20 +134,19 @@ def update_cell_tension(fabric, generatrix, hoop, cells, tension_1, tension_2, e
         c = cell + j - ONE
         e1 = 0.5 * (generatrix.e[g] + generatrix.e[g + ONE])
         e2 = 0.5 * (hoop.e[a] + hoop.e[b])
-        hooke_1 = fabric.c11 * e1 + fabric.c12 * e2
-        hooke_2 = fabric.c22 * e2 + fabric.c12 * e1
+        hooke_1, hooke_2 = hooke(fabric.c11, e1, fabric.c12, e2), hooke(fabric.c22, e2, fabric.c12, e1)
         if field:
             hooke_1 = max(hooke_1, fabric.e11 * e1)
             hooke_2 = max(hooke_2, fabric.e22 * e2)
         viscous_1 = 0.5 * fabric.viscosity * (generatrix.elastic[g] + generatrix.elastic[g + ONE])
         viscous_2 = 0.5 * fabric.viscosity * (hoop.elastic[a] + hoop.elastic[b])
-        whole_1 = max(hooke_1 + viscous_1, fabric.floor)
-        whole_2 = max(hooke_2 + viscous_2, fabric.floor)
+        whole_1, elastic_1 = unilateral(hooke_1, viscous_1, fabric.floor)
+        whole_2, elastic_2 = unilateral(hooke_2, viscous_2, fabric.floor)
         per_length_1 = 0.25 * fabric.h2 / fabric.h1 * (1.0 + fabric.true_tension * e2) / max(1.0 + e1, SMALLEST_STRETCH)
         per_length_2 = 0.25 * fabric.h1 / fabric.h2 * (1.0 + fabric.true_tension * e1) / max(1.0 + e2, SMALLEST_STRETCH)
         tension_1[FIRST + j - ONE] = whole_1
         tension_2[FIRST + j - ONE] = whole_2
         cells.force_1[c] = whole_1 * per_length_1
         cells.force_2[c] = whole_2 * per_length_2
-        cells.elastic_1[c] = max(hooke_1, fabric.floor) * per_length_1
-        cells.elastic_2[c] = max(hooke_2, fabric.floor) * per_length_2
+        cells.elastic_1[c] = elastic_1 * per_length_1
+        cells.elastic_2[c] = elastic_2 * per_length_2
