@@ -186,7 +186,7 @@ def test_divergence_is_one_line_and_exit_1(paper: Path, monkeypatch: pytest.Monk
     def diverge(*_: object, **__: object) -> None:
         raise module.Diverged("step 7, t = 1 ms: a velocity is not a number", replace(summary(), outcome="diverged"))
 
-    monkeypatch.setattr(module, "run", diverge)
+    monkeypatch.setattr(module.Simulation, "to_end", diverge)
     done = CliRunner().invoke(app, ["run", str(paper), "--no-results", "--json", "-q"])
     assert done.exit_code == 1
     assert json.loads(done.stdout)["outcome"] == "diverged"

@@ -690,7 +690,7 @@ def test_answer_survives_a_result_file_that_diverges(member: Refined, tmp_path: 
     def lost(*_: object) -> Summary:
         raise Diverged("diverged", replace(member.summary, outcome="diverged", results="a.vtkhdf"))
 
-    monkeypatch.setattr(drop, "run", lost)
+    monkeypatch.setattr(drop.Simulation, "to_end", lost)
     kept = error_control._write(member, tmp_path / "a.vtkhdf", None)
     assert (kept.impact_velocity, kept.outcome, kept.results) == (3.21, "impact", "a.vtkhdf")
     assert str(kept.fidelity_reason).endswith("the run that was to fill the result file diverged")
@@ -699,7 +699,7 @@ def test_answer_survives_a_result_file_that_diverges(member: Refined, tmp_path: 
 def test_interrupt_while_the_result_file_is_written_is_told(
     member: Refined, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(drop, "run", lambda *_: replace(member.summary, outcome="interrupted"))
+    monkeypatch.setattr(drop.Simulation, "to_end", lambda *_: replace(member.summary, outcome="interrupted"))
     assert error_control._write(member, tmp_path / "a.vtkhdf", None).outcome == "interrupted"
 
 

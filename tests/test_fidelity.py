@@ -260,7 +260,7 @@ def test_friction_on_the_meridian_is_coulomb_s(friction: float) -> None:
         nodes.x[:], nodes.u[1:-1], nodes.w[1:-1] = 0.2, speed, 0.0
         if place:  # flown a millimetre past it
             nodes.z[1:-1], nodes.w[1:-1] = 0.6 + 1e-3, 20.0
-            press_meridian(nodes, meridian, model.obstacles, step, model.mass, model.n1)
+            press_meridian(nodes, model.obstacles, step, model.mass, model.n1)
             stopped = (1e-3 + GAP) / length
         else:
             stopped = 3.0

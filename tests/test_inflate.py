@@ -130,7 +130,7 @@ def test_drop_starts_from_the_inflated_shell(part: str) -> None:
     first, _ = drop.advance(most=1)
     assert first[0, History.TENSION_HOOP] == pytest.approx(at_rest.tension_hoop, rel=1e-4)
     assert first[0, History.COVER_FORCE] == pytest.approx(at_rest.cover_force, rel=1e-4)
-    summary = Simulation(case("initial=inflated", *others[:2])).run()
+    summary = Simulation(case("initial=inflated", *others[:2])).to_end()
     assert summary.outcome == "impact"
     assert abs(summary.energy_error) < 1e-11
     unloaded = softbrake.run(case(*others[:2]))

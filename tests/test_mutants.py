@@ -19,5 +19,5 @@ def test_names_are_unique() -> None:
 
 def test_fragment_that_is_not_there_once_is_refused() -> None:
     for old in ("no such line", "def "):
-        with pytest.raises(ValueError, match="a fragment of one place is wanted"):
+        with pytest.raises(ValueError, match="a fragment of one place is expected"):
             mutated(Mutant("", "core/cargo.py", old, "", ()))

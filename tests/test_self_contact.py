@@ -47,7 +47,7 @@ from softbrake.core.contact.narrow_phase import (
     nearest_on_edges,
     nearest_on_face,
 )
-from softbrake.core.contact.pairs import EDGES, SECOND, PairState, load_state, store_state
+from softbrake.core.contact.pairs import EDGES, SECOND, Pair, PairState, load_state, store_state
 from softbrake.core.contact.self_contact import resolve_under_cover
 from softbrake.core.lanes import close_nodes
 from softbrake.core.loop.step import self_contact_step
@@ -392,7 +392,7 @@ def test_what_is_made_rigid_moves_as_what_bears_it(wall: str | None) -> None:
     members = np.array([node, *corners])
     mass, before = cloth.mass[members // stride], np.stack([part[members] for part in cloth.nodes[3:]])
     impulses = Impulses(cloth.contact, cloth.kinetic, cloth.impulse, cloth.self_contact.stamp)
-    rigidify(cloth.nodes, cloth.mass, impulses, step, cloth.sheet, 1, node, corners)
+    rigidify(cloth.nodes, impulses, ContactScene(cloth.mass, step, cloth.sheet), 1, Pair(False, node, corners))
     common = before @ mass / mass.sum()
     if wall is not None:
         common = np.array((common[0], common[1], 0.0)) if wall == "ground" else np.array((0.0, 0.0, down))

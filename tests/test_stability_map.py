@@ -405,7 +405,7 @@ POTENTIAL = ("fabric.law=tension_field",)
 )
 def test_cause_of_a_divergence(overrides: tuple[str, ...], cause: str) -> None:
     with pytest.raises(Diverged, match=cause):
-        drop(*overrides).run()
+        drop(*overrides).to_end()
 
 
 def test_cures_of_a_divergence_cure_it() -> None:

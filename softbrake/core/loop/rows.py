@@ -57,7 +57,7 @@ def begin_walk(model, nodes, workspace, at):
 
 @kernel
 def update_row_edges(model, nodes, workspace, at):
-    """Update the generatrix edges above a row and the hoop edges of the next. Eq. (2.6). Reads nodes. Writes workspace."""
+    """Update the generatrix edges above a row and the hoop edges of the next. Reads nodes. Writes workspace."""
     g, h, n2, stride = workspace.generatrix, workspace.hoop, model.n2, uint64(model.stride)
     if at.has_above:
         update_edges(nodes, h, at.node + stride, ONE, at.hoop_above, n2, model.fabric.h2)
@@ -71,14 +71,14 @@ def update_row_edges(model, nodes, workspace, at):
 
 @kernel
 def update_row_areas(model, workspace, at):
-    """Update the area vectors of a row of nodes. Eq. (2.7). Reads edges. Writes workspace.area (m^2)."""
+    """Update the area vectors of a row of nodes. Reads edges. Writes workspace.area (m^2)."""
     g, h, area = workspace.generatrix, workspace.hoop, workspace.area
     update_area_vectors(g, h, area, at.row, at.below, at.hoop, at.hoop_above, at.hoop_below, model.n2)
 
 
 @kernel
 def update_row_pressure(model, nodes, workspace, at, uniform):
-    """Update the pressure (Pa) on a row of nodes, where the gas is damped. Eq. (2.11). Writes workspace.pressure."""
+    """Update the pressure (Pa) on a row of nodes, where the gas is damped. Writes workspace.pressure."""
     if model.pressure.damping > 0.0:
         count = lanes(model.n2)
         update_damped_pressure(model.pressure, uniform, nodes, workspace.area, workspace.pressure, at.node, count)
@@ -116,7 +116,7 @@ def update_row_tensions(model, workspace, at, recording):
 
 @kernel
 def update_row_shear(model, workspace, at, recording):
-    """Update the shear of the cells above a row, Eq. (2.2), and the tension it brings. Returns whether it brings some."""
+    """Update the shear of the cells above a row, and the tension it brings. Returns whether it brings some."""
     fabric, g, h, cells, n2 = model.fabric, workspace.generatrix, workspace.hoop, workspace.cells, model.n2
     if fabric.g12 == 0.0 or not at.has_above:
         return False

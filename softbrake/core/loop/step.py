@@ -89,7 +89,7 @@ def hold_ground_row(model, now, workspace, at):
 
 @kernel
 def push_free_row(model, state, workspace, step, at, touching):
-    """Push a row of free nodes, and stop it at ground, cover and cargo. Eqs. (3.2), (3.4). touching: of cover and cargo."""
+    """Push a row of free nodes, and stop it at ground, cover and cargo. touching: of cover and cargo."""
     nodes, work, contact, mass, n2 = state.nodes, state.work, model.obstacles, model.mass[at.i], model.n2
     force, area, pressure, mean, by_column = (
         workspace.force,
