@@ -381,7 +381,7 @@ def test_what_is_made_rigid_moves_as_what_bears_it(wall: str | None) -> None:
     places[..., 2], places[-1, :, 2] = {"ground": 0.0, "cover": 0.5 - 1e-6, None: 0.25}[wall], 0.5
     velocities = np.random.default_rng(5).standard_normal(places.shape)
     velocities[1:-1, :, 2] -= 3.0  # downwards, faster than the cover
-    cloth = Cloth(places, velocities, (0.0, 1, 1.0, 0, 0.0, inf, 0), seed_mass=1)
+    cloth = Cloth(places, velocities, Obstacles(0.0, 0.0, 1, 1.0, 0, 0.0, inf, 0), seed_mass=1)
     length, down = 1e-6, -0.5
     step = Step(length, length, 0.0, 0.5, 0.5 + length * down, 1e-6)
     if wall == "cover":  # places are those at n+1
