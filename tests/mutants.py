@@ -73,8 +73,8 @@ MUTANTS = (
     Mutant(
         "sign of c12 in the tension field",
         "core/membrane/tension.py",
-        "c12, quarter = fabric.c12, 0.25 * width",
-        "c12, quarter = -fabric.c12, 0.25 * width",
+        "    c12 = fabric.c12\n",
+        "    c12 = -fabric.c12\n",
         (f"{KERNELS}::test_tension_field",),
     ),
     Mutant(
@@ -94,7 +94,7 @@ MUTANTS = (
     Mutant(
         "viscosity of the belts dropped",
         "core/membrane/belts.py",
-        "across), viscosity * hoop.elastic[c], 0.0)",
+        "across), viscosity * hoop.rate[c], 0.0)",
         "across), 0.0, 0.0)",
         (f"{KERNELS}::test_belt_tensions_and_forces",),
     ),

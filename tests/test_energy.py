@@ -353,7 +353,7 @@ def edge_forces(law: str, e1: float, e2: float) -> tuple[float, float]:
     fabric, workspace, first = model.fabric, build_workspace(model), np.uint64(PAD)
     for edges, e, spacing in ((workspace.generatrix, e1, fabric.h1), (workspace.hoop, e2, fabric.h2)):
         edges.e[:] = e
-        edges.force[:] = 1 / ((1 + e) * spacing)
+        edges.inverse[:] = 1 / ((1 + e) * spacing)
     update_generatrix_tension(fabric, workspace.generatrix, workspace.hoop, workspace.tension_1, first, first, first, model.n2)
     update_hoop_tension(fabric, workspace.hoop, workspace.generatrix, workspace.tension_2, first, first, first, model.n2)
     along = workspace.generatrix.force[PAD] * (1 + e1) * fabric.h1 / fabric.h2

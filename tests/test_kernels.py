@@ -187,9 +187,9 @@ def test_edges(shell: Shell) -> None:
         (whole.hoop, slice(None), edge.along_2, stretch.e2, stretch.rate_2),
     ):
         close(vectors(edges, model)[rows], vector)
-        close(grid_view(edges.force, model)[rows], 1.0 / naive.length(vector))
+        close(grid_view(edges.inverse, model)[rows], 1.0 / naive.length(vector))
         close(grid_view(edges.e, model)[rows], e)
-        close(grid_view(edges.elastic, model)[rows], rate)
+        close(grid_view(edges.rate, model)[rows], rate)
 
 
 def test_area_vectors(shell: Shell) -> None:
@@ -687,7 +687,7 @@ def uniform_tensions(e1: float, e2: float, *overrides: str) -> tuple[float, floa
     drop = known_drop(*overrides)
     cloth, workspace = drop.model.fabric, drop.workspace
     for edges, e, spacing in ((workspace.generatrix, e1, cloth.h1), (workspace.hoop, e2, cloth.h2)):
-        edges.e[:], edges.elastic[:], edges.force[:] = e, 0.0, 1.0 / (spacing * (1.0 + e))
+        edges.e[:], edges.rate[:], edges.inverse[:] = e, 0.0, 1.0 / (spacing * (1.0 + e))
     row = np.uint64(PAD)
     update_generatrix_tension(cloth, workspace.generatrix, workspace.hoop, workspace.tension_1, row, row, row, drop.model.n2)
     update_hoop_tension(cloth, workspace.hoop, workspace.generatrix, workspace.tension_2, row, row, row, drop.model.n2)

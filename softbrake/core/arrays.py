@@ -297,7 +297,7 @@ class SelfContact(NamedTuple):
 
 
 class Impulses(NamedTuple):
-    """Where the impulses of contact between rows, at belts and of self-contact, are booked."""
+    """Where the impulses of contact between rows, at belts and of self-contact, are recorded."""
 
     contact: Floats  # J, work on the nodes, by column, or by node of a meridian
     kinetic: Floats  # J, energy of the nodes, likewise
@@ -325,14 +325,16 @@ class State(NamedTuple):
 
 
 class Edges(NamedTuple):
-    """A few rows of edges of one direction, kept while the sweep over rows needs them; each flat, (rows*stride,)."""
+    """A few rows of edges of one direction, kept while the walk over rows needs them; each flat, (rows*stride,)."""
 
     x: Floats  # m, edge vector
     y: Floats
     z: Floats
     e: Floats  # elongation, stretch - 1
-    force: Floats  # N/m, edge force over edge length; until the tension is known 1/m, the inverse of the length
-    elastic: Floats  # N/m, its elastic part; until then 1/s, the rate of e at n-1/2
+    inverse: Floats  # 1/m, of the length
+    rate: Floats  # 1/s, of e at n-1/2
+    force: Floats  # N/m, edge force over edge length
+    elastic: Floats  # N/m, its elastic part
 
 
 class BeltRow(NamedTuple):

@@ -51,9 +51,9 @@ def close_edges(edges, edge, columns):
     close_row(edges.x, edge, columns)
     close_row(edges.y, edge, columns)
     close_row(edges.z, edge, columns)
-    close_row(edges.force, edge, columns)
+    close_row(edges.inverse, edge, columns)
     close_row(edges.e, edge, columns)
-    close_row(edges.elastic, edge, columns)
+    close_row(edges.rate, edge, columns)
 
 
 @kernel

@@ -1,1 +1,1 @@
-"""One drop: its arrays, its course, its result file, its answer."""
+"""One drop: its arrays, its steps, its result file, its answer."""

@@ -89,7 +89,7 @@ def build_model(case: Case) -> Model:
         shared=shared,
         fabric=membrane,
         belts=belts,
-        belt_contact=_lobes(belts.width if "belts" in case.contact else np.zeros(n1 + 1)),
+        belt_contact=_belt_contact(belts.width if "belts" in case.contact else np.zeros(n1 + 1)),
         pressure=gas,
         obstacles=_obstacles(case),
         hoop=Hoop(whole=whole, gas=1.0 if one_column else 1.0 / cos(pi / hoop), cos=cos(2.0 * pi / hoop)),
@@ -384,7 +384,7 @@ def _overlap(height: float, width: float, n1: int, h1: float) -> Floats:
     return shared * (width / float(shared.sum()))
 
 
-def _lobes(belt_width: Floats) -> BeltContact:
+def _belt_contact(belt_width: Floats) -> BeltContact:
     """Rows next to each belt, below and above; a belt next to a held row has no free rows on that side: left out."""
     carries = np.diff((belt_width > 0.0).astype(np.int64))
     below, above = np.flatnonzero(carries == 1), np.flatnonzero(carries == -1) + 1

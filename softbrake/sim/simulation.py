@@ -336,7 +336,7 @@ class Simulation:
         return whole_model(self.case)
 
     @cached_property
-    def _whole_sweep(self) -> Workspace:
+    def _whole_workspace(self) -> Workspace:
         """Scratch for pictures; that of the steps does where it is of the whole shell, since nothing in it outlives a step."""
         scratch: Workspace = self.workspace if self.case.model.fidelity == "full" else build_workspace(self._whole_model)  # type: ignore[assignment]
         return scratch
@@ -348,7 +348,7 @@ class Simulation:
     def _fields_of(self, model: Model, nodes: Nodes) -> dict[str, Floats]:
         names = ("stretch_generatrix", "stretch_hoop", "tension_generatrix", "tension_hoop")
         fields = {name: np.empty((model.n1 + 1, model.n2)) for name in names}
-        sample_fields(model, nodes, self._whole_sweep, *fields.values())
+        sample_fields(model, nodes, self._whole_workspace, *fields.values())
         return fields
 
     def _snapshot(self, file: ResultFile) -> None:

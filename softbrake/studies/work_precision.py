@@ -148,7 +148,7 @@ class Reference:
 
 @dataclass
 class WorkPrecision:
-    """What was computed; `softbrake.diagram` draws it."""
+    """What was computed; `report.plots.work_precision` draws it."""
 
     case: Case
     reference: Reference | None = None  # None where it was interrupted

@@ -205,7 +205,7 @@ def resolve_belt_contact_of_meridian(model, nodes, meridian, step):
     """Keep the lobes of the axisymmetric shell apart at each belt, as resolve_belt_contact does. Condition (2.5).
 
     Where all columns are alike b12 is zero; N on the generatrices beside M deviates by b22 more. Reads model, step. Writes nodes,
-    meridian.impulse; add_contact_work_of_meridian books them. Returns whether any were kept.
+    meridian.impulse; add_contact_work_of_meridian records them. Returns whether any were kept.
     """
     belt_contact, moved, scene = model.belt_contact, 0, scene_of_meridian(model, step)
     impulses = Impulses(meridian.contact, meridian.kinetic, meridian.impulse, None)

@@ -2,8 +2,8 @@
 
 Node i = 0 … n1 stands at radius x and height z, edge i between nodes i and i+1; all loops run along the generatrix. The column
 stands for a wedge of circles of the angle `side`, whose hoops pull a node inwards by `side` times their force. Equations as in
-step.py. Loops of a step take whole vectors, see rows.py. Beyond the free nodes they reach the row on the cover, which has no mass
-there and moves on its own, and then copies of that row, whose edges have no length and are slack.
+step.py. Loops of a step take whole vectors, see core.lanes. Beyond the free nodes they reach the row on the cover, which has no
+mass there and moves on its own, and then copies of that row, whose edges have no length and are slack.
 """
 
 from math import inf, sqrt
@@ -357,7 +357,7 @@ def raise_peak_of(peaks, which, tension, count, time, offset):
 
 
 @kernel
-def record_forces(now, meridian, gravity, columns, dt, n1):
+def record_forces_of_meridian(now, meridian, gravity, columns, dt, n1):
     """Write the largest tensions of the step to now, and add the ground's impulse on the fabric and its area there."""
     largest_1, largest_2, largest_belt, ground_impulse, area = 0.0, 0.0, 0.0, 0.0, -min(meridian.area.z[FIRST], 0.0)
     for i in range(uint64(n1)):
@@ -377,7 +377,7 @@ def record_forces(now, meridian, gravity, columns, dt, n1):
 
 
 @kernel
-def record_energies(model, nodes, work, now):
+def record_energies_of_meridian(model, nodes, work, now):
     """Write kinetic energy and works of all columns at n+1/2 to now, for the row of time n+1."""
     n1, columns, mass, top = model.n1, model.hoop.whole, model.mass, uint64(model.n1)
     kinetic = 0.5 * (model.cargo_mass + mass[top]) * nodes.w[top] * nodes.w[top]
@@ -455,19 +455,19 @@ def advance_meridian(model, state, meridian, history, interval, most, until):
         length, dt = begin_step(model, state)
         height, raised = take_step_of_meridian(model, state, meridian, dt, length)
         if recorded:
-            record_forces(now, meridian, model.gravity, columns, dt, n1)
+            record_forces_of_meridian(now, meridian, model.gravity, columns, dt, n1)
             record_history(history, rows, now)
             rows += 1
         if chosen or raised != 0 or (state.steps[0] + 1) % interval == 0:
-            record_energies(model, state.nodes, state.work, now)
+            record_energies_of_meridian(model, state.nodes, state.work, now)
         outcome = end_step(model, state, length, height)
         done += 1
         if overflown(state.self_contact):
             break
     if done > 0:
         if not recorded:
-            record_forces(now, meridian, model.gravity, columns, dt, n1)
-        record_energies(model, state.nodes, state.work, now)
+            record_forces_of_meridian(now, meridian, model.gravity, columns, dt, n1)
+        record_energies_of_meridian(model, state.nodes, state.work, now)
     if outcome != Outcome.RUNNING:
         if ran_away(model, state):
             outcome = Outcome.DIVERGED

@@ -9,7 +9,7 @@ SMALLEST_FORCE = 1e-30  # N
 
 
 @kernel
-def push_row(nodes, force, area, pressure, mean, work, by_column, contact, step, mass, node, row, columns):
+def push_row(nodes, force, area, pressure, mean, work, by_column, obstacles, step, mass, node, row, columns):
     """Push a row of free nodes from n to n+1, the ground stopping them. Eqs. (3.2), (3.4).
 
     V^{n+1/2} = V^{n-1/2} + dt (force + pressure area)/mass - dt g;  x^{n+1} = x^n + length V^{n+1/2}.
@@ -41,8 +41,8 @@ def push_row(nodes, force, area, pressure, mean, work, by_column, contact, step,
         nodes.x[a] += length * u
         nodes.y[a] += length * v
         nodes.z[a] += length * w
-    if any_below(nodes.z, contact.ground, node, columns):
-        land_row(nodes, area, pressure, mean, work, by_column, contact.ground, step, mass, node, row, columns)
+    if any_below(nodes.z, obstacles.ground, node, columns):
+        land_row(nodes, area, pressure, mean, work, by_column, obstacles.ground, step, mass, node, row, columns)
     close_nodes(nodes, node, columns)
     close_vectors(mean, row, columns)
 
@@ -101,7 +101,7 @@ def hold_row(mean, row, columns, velocity):
 
 
 @kernel
-def lift_row(nodes, node, columns, velocity, height):
+def move_cover_row(nodes, node, columns, velocity, height):
     """Move the row of fabric on the cover to a height (m) at a velocity (m/s). Writes nodes at offset node."""
     for j in range(lanes(columns + 2)):
         nodes.z[node - ONE + j] = height

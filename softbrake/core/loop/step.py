@@ -16,7 +16,7 @@ from softbrake.core.loop.ledger import (
     record_forces,
     record_history,
 )
-from softbrake.core.loop.push import hold_row, lift_row, push_row
+from softbrake.core.loop.push import hold_row, move_cover_row, push_row
 from softbrake.core.loop.rows import (
     add_row_work,
     begin_walk,
@@ -34,11 +34,11 @@ from softbrake.core.obstacles import any_above, foresee, may_touch, press_row, r
 
 
 @kernel
-def take_step(model, state, workspace, folding):
+def take_step(model, state, workspace, meeting):
     """Advance fabric and cargo by one step, row by row from the ground up. Returns the cover's new height (m).
 
     Rows are pushed in place as soon as their forces are whole: their old places live on in the edges.
-    folding: whether lobes or folds may touch. Writes state, scratch in workspace.
+    meeting: whether lobes or folds may touch. Writes state, scratch in workspace.
     """
     n1, now = model.n1, state.now
     dt, uniform = 0.5 * (state.last_step[0] + now[History.TIME_STEP]), now[History.PRESSURE] * model.hoop.gas
@@ -59,7 +59,7 @@ def take_step(model, state, workspace, folding):
         elif i < n1:
             push_free_row(model, state, workspace, step, at, touching)  # (3.2), (3.4)
         else:
-            if folding:
+            if meeting:
                 resolve_contact(model, state, workspace, step, touching)  # (2.5)
             height = push_cover_row(model, state, workspace, step, at)  # (2.4), (3.4)
         add_row_work(model, state.work, workspace, at, wrinkled_below, dt)
@@ -90,7 +90,7 @@ def hold_ground_row(model, now, workspace, at):
 @kernel
 def push_free_row(model, state, workspace, step, at, touching):
     """Push a row of free nodes, and stop it at ground, cover and cargo. touching: of cover and cargo."""
-    nodes, work, contact, mass, n2 = state.nodes, state.work, model.obstacles, model.mass[at.i], model.n2
+    nodes, work, obstacles, mass, n2 = state.nodes, state.work, model.obstacles, model.mass[at.i], model.n2
     force, area, pressure, mean, by_column = (
         workspace.force,
         workspace.area,
@@ -98,11 +98,11 @@ def push_free_row(model, state, workspace, step, at, touching):
         workspace.mean,
         workspace.by_column,
     )
-    push_row(nodes, force, area, pressure, mean, work, by_column, contact, step, mass, at.node, at.row, n2)
-    if contact.friction > 0.0:
-        rub_row(nodes, force, area, pressure, mean, work, by_column, contact, step, mass, at.node, at.row, n2)
+    push_row(nodes, force, area, pressure, mean, work, by_column, obstacles, step, mass, at.node, at.row, n2)
+    if obstacles.friction > 0.0:
+        rub_row(nodes, force, area, pressure, mean, work, by_column, obstacles, step, mass, at.node, at.row, n2)
     if touching and any_above(nodes.z, nodes.w, step, at.node, n2):
-        press_row(nodes, force, area, pressure, mean, work, by_column, contact, step, mass, at.node, at.row, n2)
+        press_row(nodes, force, area, pressure, mean, work, by_column, obstacles, step, mass, at.node, at.row, n2)
 
 
 @kernel
@@ -116,7 +116,7 @@ def push_cover_row(model, state, workspace, step, at):
     moving = model.cargo_mass + n2 * model.mass[at.i]
     velocity, height = push_cargo(now, nodes.w[at.node], step, whole * moving)  # (2.4)
     hold_row(workspace.mean, at.row, n2, 0.5 * (nodes.w[at.node] + velocity))
-    lift_row(nodes, at.node, n2, velocity, height)
+    move_cover_row(nodes, at.node, n2, velocity, height)
     between = workspace.mean.z[at.row]
     add_cargo_work(work, by_column, gas_on_cover + gas, model.gravity * moving, moving, between, velocity, step.dt)
     work.contact[0] += impulse * between
@@ -146,9 +146,9 @@ def advance(model, state, workspace, history, interval, most, until):
             choose_step(state, stable_step(model, state.nodes, workspace))  # (3.3)
             state.stable_step[0] = min(state.stable_step[0], self_contact_step(model, state, by_column) / model.courant)
         length, dt = begin_step(model, state)
-        folding = begin_contact(model, state, workspace.before_contact)
-        height = take_step(model, state, workspace, folding)
-        if folding:
+        meeting = begin_contact(model, state, workspace.before_contact)
+        height = take_step(model, state, workspace, meeting)
+        if meeting:
             add_contact_work_of_shell(model, state, workspace, dt, length)
         if state.steps[0] % interval == 0:
             record_history(history, rows, now)

@@ -1,4 +1,4 @@
-"""The course of a run, whatever moves the nodes: length of each step, checks of energy, events within a step, the end."""
+"""The loop over steps, whatever moves the nodes: length of each step, checks of energy, events within a step, the end."""
 
 from math import exp, sqrt
 

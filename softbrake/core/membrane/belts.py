@@ -9,7 +9,7 @@ from softbrake.core.membrane.tension import hooke, unilateral
 def update_belt_tension(belts, row, hoop, generatrix, belt, tension, edge, below, above, columns):
     """Update N22 of the belt on a row of hoop edges, from column -1 on. Eq. (2.3): slack in compression, as printed there.
 
-    Reads hoop.e, force, elastic (1/m, 1/s: before update_hoop_tension) at offset edge; generatrix.e at offsets below, above.
+    Reads hoop.e, inverse, rate at offset edge; generatrix.e at offsets below, above.
     Writes tension (N/m, over the belt's width), belt.force and elastic (N/m: edge force over edge length).
     """
     stiffness = belts.stiffness[row]
@@ -22,10 +22,10 @@ def update_belt_tension(belts, row, hoop, generatrix, belt, tension, edge, below
         b = above + j
         d = FIRST + j - ONE
         across = 0.25 * (generatrix.e[a - ONE] + generatrix.e[a] + generatrix.e[b - ONE] + generatrix.e[b])
-        force, elastic = unilateral(hooke(stiffness, hoop.e[c], coupling, across), viscosity * hoop.elastic[c], 0.0)
+        force, elastic = unilateral(hooke(stiffness, hoop.e[c], coupling, across), viscosity * hoop.rate[c], 0.0)
         tension[d] = force * per_width
-        belt.force[d] = force * hoop.force[c]
-        belt.elastic[d] = elastic * hoop.force[c]
+        belt.force[d] = force * hoop.inverse[c]
+        belt.elastic[d] = elastic * hoop.inverse[c]
 
 
 @kernel

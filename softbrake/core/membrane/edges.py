@@ -65,8 +65,7 @@ def update_edges(nodes, edges, node, step, edge, count, spacing):
         node ──────edge──────> node + step          step: 1 around the hoop, stride along the generatrix
 
     Reads nodes; node, edge: offsets of the first node and edge; count; spacing: unloaded length (m).
-    Writes edges.x, y, z (m), e, and in the places of what the tension makes of them force (1/m, the inverse length) and elastic
-    (1/s, the rate of e, from the velocities at n-1/2): each row of scratch less keeps another one in the nearest cache.
+    Writes edges.x, y, z (m), e, inverse (1/m), rate (1/s, from the velocities at n-1/2).
     """
     x, y, z, u, v, w = nodes.x, nodes.y, nodes.z, nodes.u, nodes.v, nodes.w
     per_spacing = 1.0 / spacing
@@ -83,9 +82,9 @@ def update_edges(nodes, edges, node, step, edge, count, spacing):
         edges.x[c] = dx
         edges.y[c] = dy
         edges.z[c] = dz
-        edges.force[c] = inverse
+        edges.inverse[c] = inverse
         edges.e[c] = square * per_both - 1.0
-        edges.elastic[c] = (dx * (u[b] - u[a]) + dy * (v[b] - v[a]) + dz * (w[b] - w[a])) * per_both
+        edges.rate[c] = (dx * (u[b] - u[a]) + dy * (v[b] - v[a]) + dz * (w[b] - w[a])) * per_both
 
 
 @kernel

@@ -3,6 +3,7 @@
 from softbrake.core.arrays import Law
 from softbrake.core.jit import kernel
 from softbrake.core.lanes import FIRST, ONE, lanes
+from softbrake.core.membrane.tension import field_tension
 
 
 @kernel
@@ -73,16 +74,16 @@ def add_diagonal_tension(fabric, generatrix, hoop, cells, tension_1, tension_2, 
         E1, E2, sine = strains_of_cell(fabric, generatrix, hoop, g, a, b)
         free = diagonal_wrinkle(fabric, E1, E2, abs(sine))
         F1, F2 = E1 + free, E2 + free
-        pull_1 = max(fabric.e11 * F1, fabric.c11 * F1 + fabric.c12 * F2, 0.0)
-        pull_2 = max(fabric.e22 * F2, fabric.c22 * F2 + fabric.c12 * F1, 0.0)
+        pull_1 = field_tension(fabric.e11 * F1, fabric.c11 * F1, fabric.c12 * F2)
+        pull_2 = field_tension(fabric.e22 * F2, fabric.c22 * F2, fabric.c12 * F1)
         tension_1[FIRST + j - ONE] = pull_1 if free > 0.0 else 0.0
         tension_2[FIRST + j - ONE] = pull_2 if free > 0.0 else 0.0
-        lift_1 = aspect * (pull_1 - max(fabric.e11 * E1, fabric.c11 * E1 + fabric.c12 * E2, 0.0))
-        lift_2 = per_aspect * (pull_2 - max(fabric.e22 * E2, fabric.c22 * E2 + fabric.c12 * E1, 0.0))
-        cells.force_1[c] = lift_1 + (cells.force_1[c] if onto else 0.0)
-        cells.force_2[c] = lift_2 + (cells.force_2[c] if onto else 0.0)
-        cells.elastic_1[c] = lift_1 + (cells.elastic_1[c] if onto else 0.0)
-        cells.elastic_2[c] = lift_2 + (cells.elastic_2[c] if onto else 0.0)
+        added_1 = aspect * (pull_1 - field_tension(fabric.e11 * E1, fabric.c11 * E1, fabric.c12 * E2))
+        added_2 = per_aspect * (pull_2 - field_tension(fabric.e22 * E2, fabric.c22 * E2, fabric.c12 * E1))
+        cells.force_1[c] = added_1 + (cells.force_1[c] if onto else 0.0)
+        cells.force_2[c] = added_2 + (cells.force_2[c] if onto else 0.0)
+        cells.elastic_1[c] = added_1 + (cells.elastic_1[c] if onto else 0.0)
+        cells.elastic_2[c] = added_2 + (cells.elastic_2[c] if onto else 0.0)
 
 
 @kernel

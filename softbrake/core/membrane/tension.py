@@ -33,16 +33,20 @@ def unilateral(elastic, viscous, least):
 
 
 @kernel
+def field_tension(alone, own, across):
+    """Return the tension (N/m) of the tension field: of E e and C e along and C12 times the elongation across."""
+    return max(own + across, max(alone, 0.0))
+
+
+@kernel
 def mean_of_corners(alone, own, one, two, viscous):
     """Return the tension (N/m) along an edge and its elastic part: means of the tension field at two corners.
 
     alone, own: E e and C e along the edge; one, two: C12 times the elongation across, of either corner.
     """
-    least = max(alone, 0.0)
-    elastic = max(own + one, least) + max(own + two, least)
-    least = max(alone + viscous, 0.0)
-    own += viscous
-    return 0.5 * (max(own + one, least) + max(own + two, least)), 0.5 * elastic
+    elastic = field_tension(alone, own, one) + field_tension(alone, own, two)
+    whole = field_tension(alone + viscous, own + viscous, one) + field_tension(alone + viscous, own + viscous, two)
+    return 0.5 * whole, 0.5 * elastic
 
 
 @kernel
@@ -50,27 +54,21 @@ def update_field_tension(fabric, edges, others, tension, place, edge, lower, upp
     """Update the tension along a row of edges by the tension field at the four corners of each.
 
     modulus, stiffness (N/m): E and C of elongation along; width: unloaded, of an edge (m).
-    Reads edges.e, force, elastic (1/m, 1/s) at offset edge; others.e before and at offsets lower, upper.
+    Reads edges.e, inverse, rate at offset edge; others.e before and at offsets lower, upper.
     Writes tension (N/m, from place on), edges.force and elastic (N/m: edge force over edge length).
     """
-    c12, quarter = fabric.c12, 0.25 * width
+    c12 = fabric.c12
     for j in range(lanes(count)):
         c = edge + j
         a = lower + j
         b = upper + j
-        alone = modulus * edges.e[c]
-        own = stiffness * edges.e[c]
-        viscous = fabric.viscosity * edges.elastic[c]
-        one, two, three, four = c12 * others.e[a - ONE], c12 * others.e[a], c12 * others.e[b - ONE], c12 * others.e[b]
-        least = max(alone, 0.0)
-        elastic = max(own + one, least) + max(own + two, least) + (max(own + three, least) + max(own + four, least))
-        least = max(alone + viscous, 0.0)
-        own += viscous
-        whole = max(own + one, least) + max(own + two, least) + (max(own + three, least) + max(own + four, least))
-        per_length = quarter * edges.force[c]
-        tension[place + j] = 0.25 * whole
+        alone, own, viscous = modulus * edges.e[c], stiffness * edges.e[c], fabric.viscosity * edges.rate[c]
+        whole_1, elastic_1 = mean_of_corners(alone, own, c12 * others.e[a - ONE], c12 * others.e[a], viscous)
+        whole_2, elastic_2 = mean_of_corners(alone, own, c12 * others.e[b - ONE], c12 * others.e[b], viscous)
+        whole, per_length = 0.5 * (whole_1 + whole_2), width * edges.inverse[c]
+        tension[place + j] = whole
         edges.force[c] = whole * per_length
-        edges.elastic[c] = elastic * per_length
+        edges.elastic[c] = 0.5 * (elastic_1 + elastic_2) * per_length
 
 
 @kernel
@@ -85,9 +83,9 @@ def update_tension(fabric, edges, others, tension, place, edge, lower, upper, co
         a = lower + j
         b = upper + j
         across = 0.25 * (others.e[a - ONE] + others.e[a] + others.e[b - ONE] + others.e[b])
-        viscous = fabric.viscosity * edges.elastic[c]
+        viscous = fabric.viscosity * edges.rate[c]
         whole, elastic = unilateral(hooke(stiffness, edges.e[c], fabric.c12, across), viscous, fabric.floor)
-        per_length = (width + widens * across) * edges.force[c]
+        per_length = (width + widens * across) * edges.inverse[c]
         tension[place + j] = whole
         edges.force[c] = whole * per_length
         edges.elastic[c] = elastic * per_length
@@ -123,7 +121,7 @@ def update_cell_tension(fabric, generatrix, hoop, cells, tension_1, tension_2, e
     """Update tensions at the centres of one row of cells from column -1 on. Eq. (3.2) as printed.
 
     Stretches and rates are means of the cell's two edges, directions the mean edge vector over the mean stretch.
-    Reads generatrix.e, elastic (1/s) at offset edge, hoop at lower and upper. Writes cells.force_1, force_2, elastic_1, elastic_2
+    Reads generatrix.e, rate at offset edge, hoop at lower and upper. Writes cells.force_1, force_2, elastic_1, elastic_2
     (N/m: corner force over the sum of the two edge vectors), and, for the report, tension_1, tension_2 (N/m) from PAD on.
     """
     field = fabric.law == Law.TENSION_FIELD
@@ -138,8 +136,8 @@ def update_cell_tension(fabric, generatrix, hoop, cells, tension_1, tension_2, e
         if field:
             hooke_1 = max(hooke_1, fabric.e11 * e1)
             hooke_2 = max(hooke_2, fabric.e22 * e2)
-        viscous_1 = 0.5 * fabric.viscosity * (generatrix.elastic[g] + generatrix.elastic[g + ONE])
-        viscous_2 = 0.5 * fabric.viscosity * (hoop.elastic[a] + hoop.elastic[b])
+        viscous_1 = 0.5 * fabric.viscosity * (generatrix.rate[g] + generatrix.rate[g + ONE])
+        viscous_2 = 0.5 * fabric.viscosity * (hoop.rate[a] + hoop.rate[b])
         whole_1, elastic_1 = unilateral(hooke_1, viscous_1, fabric.floor)
         whole_2, elastic_2 = unilateral(hooke_2, viscous_2, fabric.floor)
         per_length_1 = 0.25 * fabric.h2 / fabric.h1 * (1.0 + fabric.true_tension * e2) / max(1.0 + e1, SMALLEST_STRETCH)
