@@ -7,7 +7,6 @@ from collections.abc import Callable
 from functools import cached_property
 from typing import Any
 
-from numba import config, njit
 from numba.core.codegen import JITCodeLibrary
 from numba.core.compiler import Compiler
 from numba.core.registry import CPUDispatcher
@@ -104,20 +103,15 @@ class Inner(NoAlias):
 class Kernel(CPUDispatcher):
     """A function that kernels and Python call: for kernels it is a Part; where Python calls it, it gets an entry of its own."""
 
-    def __init__(self, function: Callable[..., Any], folder: str) -> None:
+    def __init__(self, function: Callable[..., Any], cached_njit: Callable[..., Any]) -> None:
         options = {**OPTIONS, "nopython": True, "no_cpython_wrapper": True}
         super().__init__(function, targetoptions=options, pipeline_class=Inner)
-        self.folder = folder
+        self.cached_njit = cached_njit
 
     @cached_property
     def entry(self) -> Any:
         """Numba's dispatcher of the kernel as the outermost; its machine code is cached, with all the parts in it."""
-        theirs = config.CACHE_DIR
-        config.CACHE_DIR = self.folder
-        try:
-            return njit(cache=True, pipeline_class=NoAlias, **OPTIONS)(self.py_func)
-        finally:
-            config.CACHE_DIR = theirs
+        return self.cached_njit(self.py_func, pipeline_class=NoAlias, **OPTIONS)
 
     def __call__(self, *arguments: Any) -> Any:
         return self.entry(*arguments)

@@ -86,6 +86,15 @@ def before_compiling(say: Callable[[], None]) -> Iterator[None]:
         yield
 
 
+def cached_njit(function: Callable[..., Any], **options: Any) -> Any:
+    """Numba's dispatcher of a function, its machine code cached in CACHE_FOLDER."""
+    theirs, config.CACHE_DIR = config.CACHE_DIR, str(CACHE_FOLDER)
+    try:
+        return njit(cache=True, **options)(function)
+    finally:
+        config.CACHE_DIR = theirs
+
+
 def kernel(function: Callable[..., Any]) -> Any:
     """Compile at the first call, cache the machine code; division by zero gives inf as in NumPy. See core.inlining.
 
@@ -93,11 +102,7 @@ def kernel(function: Callable[..., Any]) -> Any:
     this is `njit`: the same digits, at twice the time.
     """
     if INLINING is not None:
-        return INLINING.Kernel(function, str(CACHE_FOLDER))
-    theirs, config.CACHE_DIR = config.CACHE_DIR, str(CACHE_FOLDER)
-    try:
-        plain = njit(cache=True, nogil=True, error_model="numpy")(function)
-    finally:
-        config.CACHE_DIR = theirs
+        return INLINING.Kernel(function, cached_njit)
+    plain = cached_njit(function, nogil=True, error_model="numpy")
     plain.entry = plain
     return plain

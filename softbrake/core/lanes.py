@@ -22,9 +22,7 @@ def lanes(columns):
 @kernel
 def close_nodes(nodes, node, columns):
     """Close a row of nodes."""
-    close_row(nodes.x, node, columns)
-    close_row(nodes.y, node, columns)
-    close_row(nodes.z, node, columns)
+    close_vectors(nodes, node, columns)
     close_row(nodes.u, node, columns)
     close_row(nodes.v, node, columns)
     close_row(nodes.w, node, columns)
@@ -48,9 +46,7 @@ def close_vectors(rows, row, columns):
 @kernel
 def close_edges(edges, edge, columns):
     """Close a row of edges: their vectors, and what tensions read of them."""
-    close_row(edges.x, edge, columns)
-    close_row(edges.y, edge, columns)
-    close_row(edges.z, edge, columns)
+    close_vectors(edges, edge, columns)
     close_row(edges.inverse, edge, columns)
     close_row(edges.e, edge, columns)
     close_row(edges.rate, edge, columns)
