@@ -174,10 +174,10 @@ def million(steps: int = 1_000_000, courant: str = "auto") -> Million:
     def unbooked() -> float:
         """Energy stored in taut edges less that of the gas, and the works booked against it."""
         along = np.maximum(np.hypot(np.diff(nodes.x), np.diff(nodes.z)) / fabric.h1 - 1.0, 0.0)
-        around = np.maximum(nodes.x[1:-1] / model.radius - 1.0, 0.0)
+        around = np.maximum(nodes.x[1:-1] / model.shape.widest - 1.0, 0.0)
         stored = 0.5 * fabric.h1 * fabric.h2 * (fabric.c11 * (along**2).sum() + fabric.c22 * (around**2).sum())
         rings = np.diff(nodes.z) * (nodes.x[1:] ** 2 + nodes.x[1:] * nodes.x[:-1] + nodes.x[:-1] ** 2) / 6.0
-        gas = pressure * fabric.h2 / model.radius * rings.sum()
+        gas = pressure * fabric.h2 / model.shape.widest * rings.sum()
         return float(copies * (stored - gas)) + drop.now(History.WORK_ELASTIC) + drop.now(History.WORK_PRESSURE)
 
     start, before, last, given, all_given, done = unbooked(), fabric_momentum(), 0.0, 0.0, 0.0, 0

@@ -58,16 +58,16 @@ MUTANTS = (
     ),
     Mutant(
         "lying area doubled",
-        "core/loop/push.py",
+        "core/contact/obstacles.py",
         "return area * min(force",
         "return 2.0 * area * min(force",
         (f"{KERNELS}::test_lying_area_is_the_load_that_the_ground_bears",),
     ),
     Mutant(
         "damping by the gas left out of the bound",
-        "core/loop/step_size.py",
-        "damping += 2.0 * pressure.damping * push",
-        "damping += 0.0 * pressure.damping * push",
+        "core/pressure.py",
+        "2.0 * model.pressure.damping * push",
+        "0.0 * model.pressure.damping * push",
         ("test_stability_map.py::test_bound_with_damping_by_the_gas_is_safe",),
     ),
     Mutant(

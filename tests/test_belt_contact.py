@@ -12,10 +12,10 @@ from softbrake.core.arrays import PAD, Floats, Impulses, Nodes, Outcome, Step
 from softbrake.core.columns import History
 from softbrake.core.contact.belt_contact import deviation, inward_normal, resolve_belt_contact, separate_nodes
 from softbrake.core.contact.constants import GAP
+from softbrake.core.contact.obstacles import press_row, rub_row
 from softbrake.core.contact.scene import scene_of_shell
 from softbrake.core.lanes import close_nodes
 from softbrake.core.loop.push import push_row
-from softbrake.core.obstacles import press_row, rub_row
 from softbrake.sim.build import build_model, build_state, build_workspace, grid_view
 from softbrake.sim.simulation import Simulation
 

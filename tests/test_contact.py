@@ -10,7 +10,7 @@ import softbrake
 from softbrake.core.arrays import Floats, Obstacles, Outcome
 from softbrake.core.columns import History
 from softbrake.core.contact.constants import GAP
-from softbrake.core.obstacles import allowed_place
+from softbrake.core.contact.obstacles import allowed_place
 from softbrake.sim.build import grid_view
 from softbrake.sim.simulation import Simulation
 

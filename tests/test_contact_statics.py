@@ -14,6 +14,7 @@ from softbrake.case.case_file import load_case
 from softbrake.core.arrays import PAD, Outcome, Step
 from softbrake.core.columns import History
 from softbrake.core.contact.constants import GAP
+from softbrake.core.contact.obstacles import press_row
 from softbrake.core.jit import kernel
 from softbrake.core.loop.fields import sample_fields
 from softbrake.core.loop.push import push_row
@@ -21,7 +22,6 @@ from softbrake.core.loop.step_size import stable_step
 from softbrake.core.membrane.area import update_area_vectors
 from softbrake.core.membrane.edges import clear_forces, update_edge_forces, update_edges
 from softbrake.core.membrane.tension import update_hoop_tension
-from softbrake.core.obstacles import press_row
 from softbrake.core.pressure import update_damped_pressure
 from softbrake.sim.build import build_model, build_state, build_workspace, grid_view
 from softbrake.sim.simulation import Simulation

@@ -35,12 +35,12 @@ from softbrake.core.arrays import (
     Vectors,
 )
 from softbrake.core.columns import History
+from softbrake.core.contact.obstacles import lying_area
 from softbrake.core.inlining import NoAlias
 from softbrake.core.jit import kernel
 from softbrake.core.loop.contact_work import halve_jumps
 from softbrake.core.loop.fields import sample_fields
 from softbrake.core.loop.ledger import add_shear_work
-from softbrake.core.loop.push import lying_area
 from softbrake.core.loop.step import advance
 from softbrake.core.loop.step_size import stable_step
 from softbrake.core.loop.time_loop import FILTER_TIME, event_time

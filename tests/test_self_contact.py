@@ -736,7 +736,7 @@ def test_shell_thrown_at_the_cover(self_contact: bool) -> None:
     random = np.random.default_rng(2)
     for part in nodes[:2]:
         grid_view(part, model)[6:-1] *= 0.9
-    inwards = [-20.0 * grid_view(part, model)[1:-1] / model.radius for part in nodes[:2]]
+    inwards = [-20.0 * grid_view(part, model)[1:-1] / model.shape.widest for part in nodes[:2]]
     for part, speed in zip(nodes[3:], (*inwards, 20.0), strict=True):
         grid_view(part, model)[1:-1] = speed + 10.0 * random.standard_normal((model.n1 - 1, model.n2))
     for row in range(model.n1 + 1):

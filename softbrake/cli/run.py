@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import Annotated
 
 import typer
 
@@ -12,10 +12,6 @@ from softbrake.cli.answer import check_scale, check_sound, show
 from softbrake.cli.exits import FAILED, INTERRUPTED, compile_for, fail
 from softbrake.cli.files import result_file
 from softbrake.cli.options import CasePath, Dimensionless, Json, NoResults, Overrides, Quiet
-
-if TYPE_CHECKING:
-    from softbrake.case.case_file import CaseFile
-    from softbrake.sim.summary import Summary
 
 Output = Annotated[
     Path | None, typer.Option("--output", "-o", metavar="FILE", help="Result file; default: CASE's name with .vtkhdf, here.")
@@ -54,11 +50,12 @@ def run(
         fail("--error-bar: a run for a tolerance has one already")
     results = result_file(case_file, output, no_results, ".vtkhdf")
 
-    from softbrake.report.console.progress import progress
+    from softbrake.report.console.progress import progress, runs_progress
     from softbrake.report.console.trials import print_trial
     from softbrake.sim.result_file import ResultError, tension_scale
     from softbrake.sim.simulation import Diverged, NotInflated
-    from softbrake.studies.error_control import run as simulate
+    from softbrake.studies.error_control import run as answer
+    from softbrake.studies.sensitivity import with_sensitivities
 
     scale = tension_scale(case) if dimensionless else None
     check_scale(scale)
@@ -70,9 +67,10 @@ def run(
     told = None if quiet else print_trial
     try:
         with progress(case.shell.height, quiet=quiet) as callback:
-            summary = simulate(case, results, callback, budget=budget, report=told, with_error_bar=with_error_bar)
+            summary = answer(case, results, callback, budget=budget, report=told, with_error_bar=with_error_bar)
         if with_sensitivity and summary.outcome != "interrupted":
-            summary = _with_sensitivity(opened, summary, results, quiet)
+            with runs_progress(quiet=quiet) as count:
+                summary = with_sensitivities(opened, summary, results, count)
     except Diverged as error:
         if json:
             show(error.summary, json, scale)
@@ -89,18 +87,3 @@ def run(
     if summary.outcome == "interrupted":
         raise typer.Exit(INTERRUPTED)
     check_sound(case, summary)
-
-
-def _with_sensitivity(file: CaseFile, summary: Summary, results: Path | None, quiet: bool) -> Summary:
-    """The answer with its sensitivities, also in the result file."""
-    from dataclasses import replace
-
-    from softbrake.report.console.progress import runs_progress
-    from softbrake.sim.result_file import replace_summary
-    from softbrake.studies.sensitivity import sensitivities
-
-    with runs_progress(quiet=quiet) as count:
-        summary = replace(summary, sensitivity=sensitivities(file, summary, count))
-    if results is not None:
-        replace_summary(results, summary)
-    return summary

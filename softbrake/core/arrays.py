@@ -114,7 +114,7 @@ class Scheme(IntEnum):
 
 
 class Membrane(NamedTuple):
-    """Constants of the tension law on the grid."""
+    """Constants of the tension law on cells of one size: `Model.fabric` has that of the lowest row, core.shape others."""
 
     law: int  # Law
     h1: float  # m, unloaded edge along the generatrix
@@ -160,7 +160,7 @@ class GasPressure(NamedTuple):
 
 
 class Obstacles(NamedTuple):
-    """What stops the fabric: ground, the cover under the cargo, the cargo, the axis. Questions to it: core/obstacles.py."""
+    """What stops the fabric: ground, the cover under the cargo, the cargo, the axis. See core.contact.obstacles."""
 
     ground: float  # m, height of the ground: 0, or -inf without contact
     friction: float  # Coulomb's coefficient on ground and cover
@@ -170,6 +170,18 @@ class Obstacles(NamedTuple):
     cargo_radius: float  # m
     cargo_height: float  # m
     axis: int  # 1: radii of the axisymmetric shell stay positive
+
+
+class Shape(NamedTuple):
+    """The unloaded shell."""
+
+    h1: Floats  # m, edge along the generatrix above each row of nodes, (n1+1,), the last as that below
+    h2: Floats  # m, edge around the hoop at each row, likewise: the chord between two columns
+    radius: Floats  # m, of each row, likewise
+    side: float  # rad, angle of an edge around the hoop: h2 over the radius
+    least_1: float  # m, shortest edge along the generatrix
+    least_2: float  # m, around the hoop
+    widest: float  # m, largest radius
 
 
 class Hoop(NamedTuple):
@@ -191,7 +203,6 @@ class Model(NamedTuple):
     end: float  # s
     gravity: float  # m/s^2
     crushing: float  # m, height of the cover at which the overshoot is over and crushing begins
-    radius: float  # m, of the unloaded shell
     cargo_mass: float  # kg, without the shell; the columns' share
     cover_area: float  # m^2, the columns' share
     most_gas_work: float  # J, more than gas can give: largest pressure times the volume at twice the diameter
@@ -200,6 +211,7 @@ class Model(NamedTuple):
     below: Floats  # 1/kg, of both ends of the edge below a row, the other one's weighed, for the bound of the step; likewise
     above: Floats  # 1/kg, above it
     shared: Floats  # 1/kg, four over the mass, which rows share whose hoops the printed scheme averages; likewise
+    shape: Shape
     fabric: Membrane
     belts: Belts
     belt_contact: BeltContact
@@ -402,6 +414,10 @@ class Meridian(NamedTuple):
     pressure: Floats  # Pa
     mass: Floats  # kg, of the free nodes, 0 of all others
     per_mass: Floats  # 1/kg, likewise
+    per_1: Floats  # 1/m, over the unloaded length of an edge
+    per_2: Floats  # 1/m, hoop's stretch over the radius of a node
+    width_1: Floats  # m, unloaded, of the cloth along an edge
+    width_2: Floats  # m, unloaded, of the cloth along a node's hoop
     belts: Belts  # likewise
     hoop: Floats  # N, of the fabric's hoop and the belt on the node, inwards
     hoop_elastic: Floats  # N, of the elastic part of the fabric's

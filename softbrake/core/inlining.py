@@ -8,11 +8,13 @@ from functools import cached_property
 from typing import Any
 
 from numba.core.codegen import JITCodeLibrary
-from numba.core.compiler import Compiler
+from numba.core.compiler import Compiler, Flags
 from numba.core.registry import CPUDispatcher
+from numba.core.types import unliteral  # type: ignore[attr-defined]
 
 TESTED = "0.68."  # releases of Numba
 OPTIONS = {"nogil": True, "error_model": "numpy", "no_cfunc_wrapper": True}
+OPTIONS_HASH = hash(Flags())  # that of any
 COMPILED = "_ZN"  # how the names of compiled Python functions begin
 
 
@@ -28,6 +30,17 @@ class Whole(JITCodeLibrary):
         missing = [one.name for one in self._final_module.functions if one.is_declaration and one.name.startswith(COMPILED)]
         if missing:
             raise Unlinked(f"{self.name} was linked without {', '.join(missing)}; SOFTBRAKE_SIMPLE_JIT=1 compiles it plainly")
+
+
+class Options(Flags):
+    """Options of a compilation. Numba's own ask all defaults anew at each comparison, which it makes for each operation: 1/9."""
+
+    def __hash__(self) -> int:
+        return OPTIONS_HASH
+
+    def __eq__(self, other: object) -> bool:
+        same = isinstance(other, Options) and self._values == other._values
+        return same or bool(super().__eq__(other))
 
 
 class NoAlias(Compiler):
@@ -49,6 +62,7 @@ class NoAlias(Compiler):
     def __init__(
         self, typingctx: Any, targetctx: Any, library: Any, args: Any, return_type: Any, flags: Any, locals: Any
     ) -> None:
+        flags = Options(flags)
         flags.noalias = True
         flags.nrt = False
         flags.forceinline = True
@@ -115,6 +129,10 @@ class Kernel(CPUDispatcher):
 
     def __call__(self, *arguments: Any) -> Any:
         return self.entry(*arguments)
+
+    def get_call_template(self, args: Any, kws: Any) -> Any:
+        """Return the Part for these types, of a constant that of any value: once inlined it is known all the same."""
+        return super().get_call_template([unliteral(one) for one in args], {name: unliteral(one) for name, one in kws.items()})
 
     def add_overload(self, compiled: Any) -> None:
         """Keep a Part by its types, and tell Numba of it by its library: it has no entry point, which would be its name there."""

@@ -5,6 +5,7 @@ from math import cos, pi, sin, sqrt
 from numba import uint64
 
 from softbrake.core.arrays import PressureLaw
+from softbrake.core.columns import History
 from softbrake.core.jit import kernel
 from softbrake.core.lanes import FIRST
 
@@ -31,6 +32,24 @@ def pressure_at(pressure, time):
             share = (time - times[k - 1]) / (times[k] - times[k - 1])
             return values[k - 1] + share * (values[k] - values[k - 1])
     return values[-1]
+
+
+@kernel
+def update_pressure(model, state):
+    """Update p~ (Pa) of all the shell at the time of state.now: the one place that knows what the pressure depends on."""
+    state.now[History.PRESSURE] = pressure_at(model.pressure, state.now[History.TIME])  # (2.10)
+
+
+@kernel
+def pressure_bound(model, i, around, length_1, length_2):
+    """Return what pressure adds to w² (1/s^2) and D (1/s) of row i, for the bound of the step: see core.loop.step_size.
+
+    Pressure turns with the cloth: no more than p times the sum of the lengths (m) of both edges, that of the generatrix as far as
+    waves run around the hoop: around, 1, or the angle of the column of an axisymmetric shell. By (2.11), 2 nu^n p for small
+    velocities damps a node by its area, taken as if it acted along the wave.
+    """
+    push = model.pressure.most * model.hoop.gas * model.per_mass[i]
+    return push * (around * length_1 + length_2), 2.0 * model.pressure.damping * push * length_1 * length_2
 
 
 @kernel

@@ -35,6 +35,7 @@ from softbrake.core.arrays import (
     RunningMaximum,
     Scheme,
     SelfContact,
+    Shape,
     Source,
     State,
     StateColumn,
@@ -78,7 +79,6 @@ def build_model(case: Case) -> Model:
         end=case.time.end,
         gravity=case.gravity,
         crushing=OVERSHOOT * case.shell.height,
-        radius=radius,
         cargo_mass=case.cargo.mass / whole,
         cover_area=pi * radius * radius / whole,
         most_gas_work=gas.most * pi * case.shell.diameter**2 * case.shell.height,
@@ -87,6 +87,7 @@ def build_model(case: Case) -> Model:
         below=below,
         above=above,
         shared=shared,
+        shape=_cylinder(n1, membrane, radius),
         fabric=membrane,
         belts=belts,
         belt_contact=_belt_contact(belts.width if "belts" in case.contact else np.zeros(n1 + 1)),
@@ -114,6 +115,13 @@ def _membrane(case: Case, h1: float, h2: float) -> Membrane:
         floor=-inf if cloth.slack == "compression" else 0.0,
         true_tension=float(cloth.law == "true_tension"),
     )
+
+
+def _cylinder(n1: int, membrane: Membrane, radius: float) -> Shape:
+    """Unloaded lengths of a cylinder (m)."""
+    h1, h2 = membrane.h1, membrane.h2
+    all_h1, all_h2, radii = (np.full(n1 + 1, length) for length in (h1, h2, radius))
+    return Shape(all_h1, all_h2, radii, side=h2 / radius, least_1=h1, least_2=h2, widest=radius)
 
 
 def _belts(case: Case, membrane: Membrane, n1: int) -> tuple[Belts, Floats]:
@@ -307,7 +315,7 @@ def _before_contact(model: Model, self_contact: bool) -> BeforeContact:
 def build_meridian(model: Model) -> Meridian:
     """Return the scratch arrays of a step of the axisymmetric shell."""
     nodes = model.n1 + 1 + PAD
-    edges = ("x", "z", "e", "tension_1", "force", "elastic")
+    edges = ("x", "z", "e", "tension_1", "force", "elastic", "per_1", "width_1")
     others = [name for name in Meridian._fields if name not in (*edges, "area", "belts", "belt_rows", "by_row", "impulse")]
     scratch = dict(zip(edges, _rows(1, nodes, edges), strict=True))
     scratch |= dict(zip(others, _rows(1, nodes, others, FREE), strict=True))
@@ -317,7 +325,22 @@ def build_meridian(model: Model) -> Meridian:
     constants = ((scratch["mass"], model.mass), (scratch["per_mass"], model.per_mass), *zip(belts, model.belts, strict=True))
     for part, values in constants:
         part[1 : model.n1] = values[1:-1]
+    _fill_lengths(scratch, model.shape)
     return Meridian(**scratch, belts=belts, impulse=np.zeros(2), area=area, belt_rows=rows, by_row=_by_row(model))
+
+
+def _fill_lengths(scratch: dict[str, Floats], shape: Shape) -> None:
+    """Fill those of a Meridian, beyond the cover as at it."""
+    between, across = 0.5 * (shape.h2[:-1] + shape.h2[1:]), 0.5 * (shape.h1[:-2] + shape.h1[1:-1])
+    values = {
+        "per_1": 1.0 / shape.h1[:-1],
+        "per_2": shape.side / shape.h2,
+        "width_1": between,
+        "width_2": np.concatenate(([shape.h1[0]], across, [shape.h1[-1]])),
+    }
+    for name, part in values.items():
+        scratch[name][:] = part[-1]
+        scratch[name][: part.size] = part
 
 
 def whole_model(case: Case) -> Model:

@@ -13,7 +13,6 @@ from softbrake.case.level import level
 from softbrake.core.arrays import Floats, Model
 from softbrake.core.columns import History
 from softbrake.core.jit import PACKAGE, hash_sources
-from softbrake.core.pressure import pressure_at
 from softbrake.sim.build import grid_view
 from softbrake.sim.relax import TOLERANCE
 from softbrake.sim.result_file import ResultFile
@@ -43,7 +42,7 @@ def inflate(case: Case, results: str | Path | None = None, tolerance: float = TO
     fields = drop.fields()
     radius = np.hypot(xyz[..., 0], xyz[..., 1]).mean(axis=1)
     widest = int(np.argmax(radius))
-    pressure, cover_force = pressure_at(model.pressure, 0.0), drop.now(History.COVER_FORCE)
+    pressure, cover_force = drop.now(History.PRESSURE), drop.now(History.COVER_FORCE)
     middle = case.grid.generatrix / 2
     rows = [int(np.floor(middle)), int(np.ceil(middle))]
     answer = Inflation(

@@ -14,7 +14,6 @@ import numpy as np
 
 from softbrake.core.arrays import PAD, Floats, Model, Outcome, State
 from softbrake.core.columns import History
-from softbrake.core.pressure import pressure_at
 from softbrake.sim.interrupt import held_interrupt
 
 TOLERANCE = 1e-6
@@ -55,7 +54,7 @@ class Held:
         self._height, self._cover = float(state.now[History.HEIGHT]), slice(end - width, end)
         # Not the columns beyond those of the shell: what they hold is nothing.
         self._x, _, _, *self._free = (part[:end].reshape(model.n1 + 1, width)[1:-1, columns] for part in nodes)
-        self._limit = BURST * (model.radius + self._height)
+        self._limit = BURST * (model.shape.widest + self._height)
         self.cut(0.0)
         state.steps[0], state.choice[:], state.stable_step[1] = 0, (0, 1), 0.0  # the step is chosen anew
         sinking = 0.5 * model.hoop.whole * HEAVY * SINKING**2
@@ -107,7 +106,7 @@ def _relax(
     courant = min(model.courant, COURANT)
     held = Held(model._replace(fabric=calm[0], belts=calm[1], courant=courant), state, advance)
     mass = model.mass[1:-1, None]
-    load = pressure_at(model.pressure, 0.0) * model.fabric.h1 * model.fabric.h2
+    cell = float((model.shape.h1 * model.shape.h2).mean())
     done, residual, frequency = 0, inf, 0.0
     while done < most:
         if interrupted():
@@ -120,8 +119,9 @@ def _relax(
             change = float((mass * first.velocity * (second.acceleration - first.acceleration)).sum())
             frequency = sqrt(max(-change / (first.length * moving), 0.0))
         nodes = first.velocity[0].size
+        load = float(state.now[History.PRESSURE]) * cell
         unbalanced = sqrt(float(((mass * second.acceleration) ** 2).sum()) / nodes) / load if load > 0.0 else inf
-        left = sqrt(float((first.velocity**2).sum()) / nodes) / (max(frequency, 1e-30) * model.radius)
+        left = sqrt(float((first.velocity**2).sum()) / nodes) / (max(frequency, 1e-30) * model.shape.widest)
         residual = max(unbalanced, left)
         done += 2
         if not isfinite(residual) or residual <= tolerance:

@@ -29,7 +29,7 @@ from softbrake.core.loop.piston import advance_lumped
 from softbrake.core.loop.step import advance
 from softbrake.core.loop.step_size import stable_step
 from softbrake.core.loop.time_loop import MADE, energy_given
-from softbrake.core.pressure import pressure_at
+from softbrake.core.pressure import update_pressure
 from softbrake.sim.build import (
     build_meridian,
     build_model,
@@ -128,7 +128,7 @@ def compile_kernels(wanted: Iterable[tuple[str, bool]] = ALL_KERNELS, report: Ca
         one.advance(most=0)
         one.fields()
         one.disturb(0.0, 0)
-        pressure_at(one.model.pressure, 0.0)
+        update_pressure(one.model, one.state)
 
 
 def prepare(case: Case, disturbed: tuple[float, int] | None = None) -> Simulation:
@@ -301,15 +301,17 @@ class Simulation:
         Energy rises with either elongation, so that of slack edges counts as 0, and c12 e1 e2 is at most c12 (e1² + e2²)/2.
         """
         fabric, copies = self.model.fabric, self.model.hoop.whole
+        h1, h2 = self.model.shape.h1[:-1, None], self.model.shape.h2[:, None]
         places = np.stack([grid_view(part, self.model) for part in self.state.nodes[:3]], axis=-1)
         up, along = np.diff(places, axis=0), np.roll(places, -1, axis=1) - places
-        e1 = np.maximum(np.linalg.norm(up, axis=-1) / fabric.h1 - 1.0, 0.0)
-        e2 = np.maximum(np.linalg.norm(along, axis=-1) / fabric.h2 - 1.0, 0.0)
-        r1, r2 = (up + np.roll(up, -1, axis=1)) / (2.0 * fabric.h1), (along[1:] + along[:-1]) / (2.0 * fabric.h2)
-        per_area = (fabric.c11 + fabric.c12) * (e1**2).sum() + (fabric.c22 + fabric.c12) * (e2[1:-1] ** 2).sum()
-        per_area += fabric.g12 * (np.sum(r1 * r2, axis=-1) ** 2).sum()
-        belts = fabric.h2 * (self.model.belts.stiffness[:, None] * e2**2).sum()
-        return 0.5 * copies * fabric.h1 * fabric.h2 * float(per_area), 0.5 * copies * float(belts)
+        e1 = np.maximum(np.linalg.norm(up, axis=-1) / h1 - 1.0, 0.0)
+        e2 = np.maximum(np.linalg.norm(along, axis=-1) / h2 - 1.0, 0.0)
+        cell = 0.5 * h1 * (h2[:-1] + h2[1:])
+        sine = np.sum((up + np.roll(up, -1, axis=1)) * (along[1:] + along[:-1]), axis=-1) / (4.0 * cell)
+        stored = (fabric.c11 + fabric.c12) * (cell * e1**2).sum() + fabric.g12 * (cell * sine**2).sum()
+        stored += (fabric.c22 + fabric.c12) * (0.5 * (h1[:-1] + h1[1:]) * h2[1:-1] * e2[1:-1] ** 2).sum()
+        belts = (h2 * self.model.belts.stiffness[:, None] * e2**2).sum()
+        return 0.5 * copies * float(stored), 0.5 * copies * float(belts)
 
     def lopsided(self) -> float:
         """Return how far the full shell is out of round (m): largest standard deviation of radius or height along a hoop."""
@@ -354,6 +356,7 @@ class Simulation:
     def _snapshot(self, file: ResultFile) -> None:
         model, nodes = self.whole_shell()
         fields = self._fields_of(model, nodes)
+        update_pressure(self.model, self.state)
         fields["velocity"] = np.stack([grid_view(part, model) for part in (nodes.u, nodes.v, nodes.w)], axis=-1)
         xyz = np.stack([grid_view(part, model) for part in (nodes.x, nodes.y, nodes.z)], axis=-1)
         file.add_snapshot(
@@ -362,15 +365,19 @@ class Simulation:
             fields,
             height=self.now(History.HEIGHT),
             velocity=self.now(History.VELOCITY),
-            pressure=pressure_at(self.model.pressure, self.now(History.TIME)),
+            pressure=self.now(History.PRESSURE),
         )
+
+    def _above_ground(self, row: float) -> float:
+        """Return the length of the unloaded generatrix (m) below a row, or below the middle of an edge."""
+        return float(np.interp(row, np.arange(self.model.n1 + 1), np.append(0.0, np.cumsum(self.model.shape.h1[:-1]))))
 
     def _peak(self, which: Peak) -> PeakValue:
         """Largest value of the run and that of the other phase."""
 
         def of(phase: Phase, peaks: Floats) -> PeakValue:
             value, when, row = (float(part) for part in peaks[which])
-            return PeakValue(value, when, None if which == Peak.DECELERATION else row * self.model.fabric.h1, phase)
+            return PeakValue(value, when, None if which == Peak.DECELERATION else self._above_ground(row), phase)
 
         if self.now(History.HEIGHT) > self.model.crushing:
             return of("overshoot", self.state.peaks)

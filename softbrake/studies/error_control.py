@@ -285,7 +285,7 @@ class _Refinement:
         n1 = max(math.ceil(cells * self.case.shell.height / self.radius - 1e-9), 8, self.least)
         return level(self.case, fidelity, n1, 8 * math.ceil(2.0 * math.pi * cells / 8.0))
 
-    def run(self, case: Case, seed: int = 0) -> _Run:
+    def drop(self, case: Case, seed: int = 0) -> _Run:
         """Run to the end. Raises Diverged, and CutOff where it meets time.end."""
         before = CLOCK()
         try:
@@ -381,7 +381,7 @@ class _Refinement:
         if price > 0.25 * max(self.left(), 0.0):
             return None
         try:
-            return self.run(case)
+            return self.drop(case)
         except Diverged as diverged:
             self.lost(case, diverged)
             return None
@@ -421,7 +421,7 @@ class _Refinement:
                 return runs, "whether it stays round takes more full shells than the budget allows"
             case = self.at("full", cells)
             try:
-                run = self.run(case, seed)
+                run = self.drop(case, seed)
             except Diverged as diverged:
                 self.lost(case, diverged)
                 if cells == FINE:
@@ -439,7 +439,7 @@ class _Refinement:
         finest = max((run.cells for run in full), default=0)
         for run in [run for run in full if run.cells == finest]:
             try:
-                twin = self.run(level(self.case, "axisymmetric", run.cells, run.case.grid.hoop))
+                twin = self.drop(level(self.case, "axisymmetric", run.cells, run.case.grid.hoop))
             except Diverged as diverged:
                 self.lost(level(self.case, "axisymmetric", run.cells, run.case.grid.hoop), diverged)
                 return replace(plain, error=math.inf, reason=f"{plain.reason}; it diverges on the grid of the full shells")
@@ -487,7 +487,7 @@ class _Refinement:
             if any(run.seed == seed for run in members):
                 continue
             try:
-                members.append(self.run(case, seed))
+                members.append(self.drop(case, seed))
             except Diverged as diverged:
                 self.lost(case, diverged)
         if not members:

@@ -4,10 +4,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
+from dataclasses import replace
+from pathlib import Path
 
 from softbrake.case.case import Case
 from softbrake.case.case_file import CaseError, CaseFile, Number
 from softbrake.case.level import level
+from softbrake.sim.result_file import replace_summary
 from softbrake.sim.summary import Sensitivities, Sensitivity, Summary
 from softbrake.studies.batch import Dropped, run_batch
 from softbrake.studies.error_control import PEAKS
@@ -18,6 +21,16 @@ NARROW = (0.001, 0.002)  # tried as well where one of the first two loses an ans
 ENOUGH = 0.05  # error of a change per 1 %, in %, at which the steps are wide enough
 Half = dict[str, float]  # half the relative difference of the answers at +step and -step
 Inputs = dict[str, Number]
+
+
+def with_sensitivities(
+    file: CaseFile, summary: Summary, results: str | Path | None, report: Callable[[int, int, bool], None] | None = None
+) -> Summary:
+    """Return an answer with its sensitivities, which its result file, whole already, then has too. Raises ResultError."""
+    found = replace(summary, sensitivity=sensitivities(file, summary, report))
+    if results is not None:
+        replace_summary(results, found)
+    return found
 
 
 def sensitivities(

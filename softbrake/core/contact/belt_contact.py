@@ -145,7 +145,7 @@ def resolve_belt_contact(model, nodes, work, by_column, before_contact, step, to
     stride, columns, belt_contact = uint64(model.stride), model.n2, model.belt_contact
     scene = scene_of_shell(model, step, touching)
     impulses, ways = Impulses(work.contact, by_column.kinetic, before_contact.impulse, None), before_contact.before
-    half = 0.5 * model.fabric.h2 / model.radius  # sine of half the angle between two generatrices
+    half = 0.5 * model.shape.side  # sine of half the angle between two generatrices
     cos, sin = 1.0 - 2.0 * half * half, 2.0 * half * sqrt(1.0 - half * half)
     for k in range(belt_contact.below.size):
         row_1, row_2 = belt_contact.below[k], belt_contact.above[k]

@@ -3,17 +3,17 @@
 from math import inf
 
 from softbrake.core.contact.constants import LEAST_MOBILITY
-from softbrake.core.contact.scene import row_of
-from softbrake.core.jit import kernel
-from softbrake.core.obstacles import (
+from softbrake.core.contact.obstacles import (
     allowed_place,
     blocked_part,
     change_velocity,
     least_radius,
+    may_be_inside,
     on_cover_or_cargo,
     on_ground,
-    reaches_up,
 )
+from softbrake.core.contact.scene import row_of
+from softbrake.core.jit import kernel
 
 
 @kernel
@@ -139,8 +139,7 @@ def push_node(nodes, impulses, scene, now, node, push):
         slot = row if sheet.columns == 1 else column
         impulses.stamp[node] = now
         add_velocity_jump(nodes, impulses, node, slot, m, step.length, pu / m, pv / m, pw / m)
-        low = nodes.z[node] < sheet.obstacles.ground or nodes.x[node] < least_radius(sheet.obstacles)
-        if low or reaches_up(step, nodes.z[node], nodes.w[node]):
+        if may_be_inside(sheet.obstacles, step, nodes.x[node], nodes.z[node], nodes.w[node]):
             hold_node(nodes, impulses, scene, node, slot)
         if sheet.columns > 1 and column == 0:
             impulses.stamp[node + sheet.columns] = now

@@ -3,14 +3,14 @@
 from numba import int64
 
 from softbrake.core.arrays import PAD, ContactScene, Sheet
+from softbrake.core.contact.obstacles import in_the_way, may_touch
 from softbrake.core.jit import kernel
-from softbrake.core.obstacles import in_the_way, may_touch
 
 
 @kernel
 def scene_of_shell(model, step, touching):
     """Return the ContactScene of the shell; touching: whether cover and cargo are in the way."""
-    edge = min(model.fabric.h1, model.fabric.h2)
+    edge = min(model.shape.least_1, model.shape.least_2)
     sheet = Sheet(model.n1, model.n2, model.stride, PAD, 0.0, edge, in_the_way(model.obstacles, touching))
     return ContactScene(model.mass, step, sheet)
 
@@ -18,7 +18,7 @@ def scene_of_shell(model, step, touching):
 @kernel
 def scene_of_meridian(model, step):
     """Return the ContactScene of a meridian."""
-    obstacles, edge = model.obstacles, model.fabric.h1
+    obstacles, edge = model.obstacles, model.shape.least_1
     sheet = Sheet(model.n1, 1, 1, 0, 0.5 * edge, edge, in_the_way(obstacles, may_touch(obstacles, step)))
     return ContactScene(model.mass, step, sheet)
 

@@ -329,16 +329,16 @@ def watch_shell(model, nodes, self_contact, by_column, window):
     """
     if self_contact is None:
         return inf
-    n1, n2, stride, h1, h2 = model.n1, model.n2, model.stride, model.fabric.h1, model.fabric.h2
+    n1, n2, stride, shape = model.n1, model.n2, model.stride, model.shape
     x, y, z, u, v, w = nodes.x, nodes.y, nodes.z, nodes.u, nodes.v, nodes.w
     least, speed = by_column.rate, by_column.ground_impulse
-    refine, turn = UPRIGHT * h1, UPRIGHT * h2 / model.radius
+    turn = UPRIGHT * shape.side
     columns, above = uint64(n2), uint64(stride)
     for j in range(columns):
         least[j] = 1.0
         speed[j] = 0.0
     for i in range(uint64(n1)):
-        start = i * above + uint64(PAD)
+        start, refine = i * above + uint64(PAD), UPRIGHT * shape.h1[i]
         for j in range(columns):
             a = start + j
             b = a + above
@@ -356,7 +356,7 @@ def watch_shell(model, nodes, self_contact, by_column, window):
     for j in range(n2):
         worst = min(worst, least[j])
         fastest = max(fastest, speed[j])
-    return note_watch(self_contact, int(worst <= 0.0), fastest, min(h1, h2))
+    return note_watch(self_contact, int(worst <= 0.0), fastest, min(shape.least_1, shape.least_2))
 
 
 @kernel
@@ -367,13 +367,13 @@ def watch_meridian(model, nodes, self_contact, window):
     """
     if self_contact is None:
         return inf
-    n1, h1 = model.n1, model.fabric.h1
+    n1, h1 = model.n1, model.shape.h1
     z, u, w = nodes.z, nodes.u, nodes.w
     least, fastest = inf, 0.0
     for i in range(n1):
-        least = min(least, z[i + 1] - z[i] + window * min(w[i + 1] - w[i], 0.0))
+        least = min(least, z[i + 1] - z[i] + window * min(w[i + 1] - w[i], 0.0) - UPRIGHT * h1[i])
         fastest = max(fastest, u[i + 1] * u[i + 1] + w[i + 1] * w[i + 1])
-    return note_watch(self_contact, int(least <= UPRIGHT * h1), fastest, h1)
+    return note_watch(self_contact, int(least <= 0.0), fastest, model.shape.least_1)
 
 
 @kernel

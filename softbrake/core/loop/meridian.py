@@ -14,26 +14,27 @@ from softbrake.core.arrays import Law, Outcome, Peak
 from softbrake.core.cargo import push_cargo
 from softbrake.core.columns import History
 from softbrake.core.contact.belt_contact import resolve_belt_contact_of_meridian
-from softbrake.core.contact.self_contact import overflown, resolve_self_contact_of_meridian, watch_meridian, window_of
-from softbrake.core.jit import kernel
-from softbrake.core.lanes import FIRST, ONE, lanes
-from softbrake.core.loop.ledger import raise_peak, record_history
-from softbrake.core.loop.push import lying_area
-from softbrake.core.loop.step_size import along, joined, largest, rate_of
-from softbrake.core.loop.time_loop import begin_step, choose_step, end_step, ran_away
-from softbrake.core.membrane.edges import SMALLEST_SQUARE
-from softbrake.core.membrane.tension import hooke, mean_of_corners, unilateral
-from softbrake.core.obstacles import (
+from softbrake.core.contact.obstacles import (
     allowed_place,
     change_velocity,
     foresee,
     heights_below,
     least_radius,
+    lying_area,
     may_touch,
     reaches_up,
     slowed,
 )
+from softbrake.core.contact.self_contact import overflown, resolve_self_contact_of_meridian, watch_meridian, window_of
+from softbrake.core.jit import kernel
+from softbrake.core.lanes import FIRST, ONE, lanes
+from softbrake.core.loop.ledger import raise_peak, record_history
+from softbrake.core.loop.step_size import along, joined, largest, rate_of
+from softbrake.core.loop.time_loop import begin_step, choose_step, end_step, ran_away
+from softbrake.core.membrane.edges import SMALLEST_SQUARE
+from softbrake.core.membrane.tension import hooke, mean_of_corners, unilateral
 from softbrake.core.pressure import update_damped_pressure
+from softbrake.core.shape import cloth_around
 
 
 @kernel
@@ -45,7 +46,7 @@ def take_step_of_meridian(model, state, meridian, dt, length):
     """
     n1, fabric, columns = model.n1, model.fabric, model.hoop.whole
     nodes, now, work, mass = state.nodes, state.now, state.work, model.mass
-    side = fabric.h2 / model.radius
+    side = model.shape.side
     pressure = now[History.PRESSURE]
     gas_on_cover = pressure * model.cover_area
     top = uint64(n1)
@@ -53,7 +54,7 @@ def take_step_of_meridian(model, state, meridian, dt, length):
     step = foresee(now, old, model.gravity, dt, length)
 
     copy_top(nodes, top)
-    update_generatrix(fabric, nodes, meridian, side, n1)  # (2.6), (2.9)
+    update_generatrix(fabric, nodes, meridian, n1)  # (2.6), (2.9)
     pull_hoops(fabric, nodes, meridian, side, n1)  # (2.3), (2.9)
     update_areas(nodes, meridian, side, n1)  # (2.7)
     if model.pressure.damping > 0.0:
@@ -97,26 +98,26 @@ def copy_top(nodes, top):
 
 
 @kernel
-def update_generatrix(fabric, nodes, meridian, side, n1):
+def update_generatrix(fabric, nodes, meridian, n1):
     """Update edges and T11 along the generatrix. Eq. (2.6), the tension field at both corners with a hoop, or (2.9).
 
     By (2.9) the hoop's elongation is the mean of the two nodes'.
-    Reads nodes; side: hoop edge per radius. Writes meridian.x, z (m, edge vector), e, tension_1 (N/m), force and elastic (N/m:
+    Reads nodes, meridian's lengths. Writes meridian.x, z (m, edge vector), e, tension_1 (N/m), force and elastic (N/m:
     edge force over edge length).
     """
     x, z, u, w = nodes.x, nodes.z, nodes.u, nodes.w
-    per_1, per_2 = 1.0 / fabric.h1, side / fabric.h2
+    per_2 = meridian.per_2
     field = fabric.law == Law.TENSION_FIELD
     for i in range(lanes(n1)):
         j = i + ONE
         dx = x[j] - x[i]
         dz = z[j] - z[i]
         square = max(dx * dx + dz * dz, SMALLEST_SQUARE)
-        inverse = 1.0 / sqrt(square)
+        inverse, per_1 = 1.0 / sqrt(square), meridian.per_1[i]
         e = square * inverse * per_1 - 1.0
         viscous = fabric.viscosity * (dx * (u[j] - u[i]) + dz * (w[j] - w[i])) * inverse * per_1
-        lower, upper = abs(x[i]) * per_2 - 1.0, abs(x[j]) * per_2 - 1.0
-        per_length = fabric.h2 * inverse
+        lower, upper = abs(x[i]) * per_2[i] - 1.0, abs(x[j]) * per_2[j] - 1.0
+        per_length = meridian.width_1[i] * inverse
         if field:
             tension, elastic = mean_of_corners(fabric.e11 * e, fabric.c11 * e, fabric.c12 * lower, fabric.c12 * upper, viscous)
         else:
@@ -136,17 +137,16 @@ def pull_hoops(fabric, nodes, meridian, side, n1):
     """Update T22 at the nodes and the belts: the tension field at both corners with an edge, or (2.9), and (2.3).
 
     By (2.9) e11 is the mean of the two edges'. Of a node that has passed the axis the hoop is turned inside out. Reads nodes,
-    meridian.e and belts. Writes meridian.tension_2 (N/m), belt_force, hoop, hoop_elastic and belt_elastic (N).
+    meridian.e, lengths and belts. Writes meridian.tension_2 (N/m), belt_force, hoop, hoop_elastic and belt_elastic (N).
     """
     x, u, e, belts = nodes.x, nodes.u, meridian.e, meridian.belts
-    per_2 = side / fabric.h2
     field = fabric.law == Law.TENSION_FIELD
     for i in range(ONE, ONE + lanes(n1 - 1)):
-        sign = 1.0 if x[i] >= 0.0 else -1.0
+        sign, per_2 = 1.0 if x[i] >= 0.0 else -1.0, meridian.per_2[i]
         hoop = abs(x[i]) * per_2 - 1.0
         rate = sign * u[i] * per_2
         viscous = fabric.viscosity * rate
-        lower, upper, width = e[i - ONE], e[i], fabric.h1
+        lower, upper, width = e[i - ONE], e[i], meridian.width_2[i]
         e1 = 0.5 * (lower + upper)
         if field:
             c12, own = fabric.c12, fabric.c22 * hoop
@@ -410,20 +410,20 @@ def stable_step_of_meridian(model, nodes, meridian):
     generatrix that adds where the generatrix leans, and by Poisson's effect.
     Reads model, nodes. Writes meridian.by_row, scratch in e, force.
     """
-    n1, fabric, by_row = model.n1, model.fabric, meridian.by_row
+    n1, shape, by_row = model.n1, model.shape, meridian.by_row
     e1, e2, skew = by_row.e1, by_row.e2, by_row.skew
-    per_1, per_2 = 1.0 / fabric.h1, 1.0 / model.radius
-    breathing = fabric.h2 * per_2 * per_2  # side²/h2
-    coupling = 0.5 * fabric.c12 / sqrt(fabric.c11 * fabric.c22)
+    coupling = 0.5 * model.fabric.c12 / sqrt(model.fabric.c11 * model.fabric.c22)
     for i in range(uint64(n1)):
         dx = nodes.x[i + ONE] - nodes.x[i]
         dz = nodes.z[i + ONE] - nodes.z[i]
         square = max(dx * dx + dz * dz, SMALLEST_SQUARE)
-        e1[i] = max(sqrt(square) * per_1 - 1.0, 0.0)
-        e2[i] = max(abs(nodes.x[i]) * per_2 - 1.0, 0.0)
+        e1[i] = max(sqrt(square) * (1.0 / shape.h1[i]) - 1.0, 0.0)
+        e2[i] = max(abs(nodes.x[i]) * (1.0 / shape.radius[i]) - 1.0, 0.0)
         meridian.e[i] = dx * dx / square
     for i in range(ONE, uint64(n1)):
         k1, t1, damping_1, wide_2, _ = along(model, by_row, i)
+        fabric, per_2 = cloth_around(model, i), 1.0 / shape.radius[i]
+        breathing = fabric.h2 * per_2 * per_2  # side²/h2
         per_mass = breathing * model.per_mass[i]
         k2 = per_mass * (fabric.c22 * fabric.h1 * wide_2 + model.belts.stiffness[i])
         damping_2 = per_mass * (fabric.viscosity * fabric.h1 * wide_2 + model.belts.viscosity[i])

@@ -3,10 +3,10 @@
 from softbrake.core.arrays import Outcome
 from softbrake.core.cargo import push_cargo
 from softbrake.core.columns import History
+from softbrake.core.contact.obstacles import foresee
 from softbrake.core.jit import kernel
 from softbrake.core.loop.ledger import record_history
 from softbrake.core.loop.time_loop import begin_step, end_step
-from softbrake.core.obstacles import foresee
 
 
 @kernel

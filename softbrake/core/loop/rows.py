@@ -23,6 +23,7 @@ from softbrake.core.membrane.edges import add_cell_forces, clear_edges, clear_fo
 from softbrake.core.membrane.shear import add_diagonal_tension, add_shear_forces, update_shear
 from softbrake.core.membrane.tension import update_cell_tension, update_generatrix_tension, update_hoop_tension
 from softbrake.core.pressure import update_damped_pressure
+from softbrake.core.shape import cloth_above, cloth_around
 
 
 @kernel
@@ -49,7 +50,7 @@ def row_at(model, i, bottom, top):
 def begin_walk(model, nodes, workspace, at):
     """Update the hoop edges of the lowest row of a walk, and clear what would be below it. Reads nodes. Writes workspace."""
     h, n2 = workspace.hoop, model.n2
-    update_edges(nodes, h, at.node, ONE, at.hoop, n2, model.fabric.h2)  # (2.6)
+    update_edges(nodes, h, at.node, ONE, at.hoop, n2, model.shape.h2[at.i])  # (2.6)
     close_edges(h, at.hoop, n2)
     clear_edges(h, at.hoop_below, n2)
     clear_edges(workspace.generatrix, at.below, n2)
@@ -60,9 +61,9 @@ def update_row_edges(model, nodes, workspace, at):
     """Update the generatrix edges above a row and the hoop edges of the next. Reads nodes. Writes workspace."""
     g, h, n2, stride = workspace.generatrix, workspace.hoop, model.n2, uint64(model.stride)
     if at.has_above:
-        update_edges(nodes, h, at.node + stride, ONE, at.hoop_above, n2, model.fabric.h2)
+        update_edges(nodes, h, at.node + stride, ONE, at.hoop_above, n2, model.shape.h2[at.i + 1])
         close_edges(h, at.hoop_above, n2)
-        update_edges(nodes, g, at.node, stride, at.row, n2, model.fabric.h1)
+        update_edges(nodes, g, at.node, stride, at.row, n2, model.shape.h1[at.i])
         close_edges(g, at.row, n2)
     else:
         clear_edges(h, at.hoop_above, n2)
@@ -90,7 +91,7 @@ def update_row_tensions(model, workspace, at, recording):
 
     recording: whether running maxima are kept. Reads and writes workspace.
     """
-    fabric, g, h, cells, n2 = model.fabric, workspace.generatrix, workspace.hoop, workspace.cells, model.n2
+    g, h, cells, n2 = workspace.generatrix, workspace.hoop, workspace.cells, model.n2
     tension_1, tension_2 = workspace.tension_1, workspace.tension_2
     row, hoop = float(at.i), at.hoop
     if at.belted:
@@ -99,16 +100,17 @@ def update_row_tensions(model, workspace, at, recording):
             update_maximum(tension_2, workspace.maximum_belt, row, n2)
     if model.scheme == Scheme.EDGE:
         if at.has_above:
-            update_generatrix_tension(fabric, g, h, tension_1, at.row, hoop, at.hoop_above, n2)  # (2.9)
+            update_generatrix_tension(cloth_above(model, at.i), g, h, tension_1, at.row, hoop, at.hoop_above, n2)  # (2.9)
             if recording:
                 update_maximum(tension_1, workspace.maximum_generatrix, row + 0.5, n2)
         if at.inside:
-            update_hoop_tension(fabric, h, g, tension_2, hoop, at.below, at.row, n2)  # (2.9)
+            update_hoop_tension(cloth_around(model, at.i), h, g, tension_2, hoop, at.below, at.row, n2)  # (2.9)
             if recording:
                 update_maximum(tension_2, workspace.maximum_hoop, row, n2)
         else:
             clear_forces(h, hoop, n2)
     elif at.has_above:
+        fabric = cloth_above(model, at.i)
         update_cell_tension(fabric, g, h, cells, tension_1, tension_2, at.row, hoop, at.hoop_above, at.row, n2)  # (2.9)
         if recording:
             record_cell_tensions(workspace, row, n2)
@@ -117,9 +119,10 @@ def update_row_tensions(model, workspace, at, recording):
 @kernel
 def update_row_shear(model, workspace, at, recording):
     """Update the shear of the cells above a row, and the tension it brings. Returns whether it brings some."""
-    fabric, g, h, cells, n2 = model.fabric, workspace.generatrix, workspace.hoop, workspace.cells, model.n2
-    if fabric.g12 == 0.0 or not at.has_above:
+    g, h, cells, n2 = workspace.generatrix, workspace.hoop, workspace.cells, model.n2
+    if model.fabric.g12 == 0.0 or not at.has_above:
         return False
+    fabric = cloth_above(model, at.i)
     wrinkled = update_shear(fabric, g, h, cells, at.row, at.hoop, at.hoop_above, at.row, n2)
     if wrinkled:
         tension_1, tension_2, onto = workspace.tension_1, workspace.tension_2, model.scheme != Scheme.EDGE

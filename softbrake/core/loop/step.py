@@ -5,6 +5,7 @@ from numba import uint64
 from softbrake.core.arrays import Outcome
 from softbrake.core.cargo import push_cargo, vertical_forces
 from softbrake.core.columns import History
+from softbrake.core.contact.obstacles import any_above, foresee, may_touch, press_row, rub_row
 from softbrake.core.contact.self_contact import overflown, watch_shell, window_of
 from softbrake.core.jit import kernel
 from softbrake.core.lanes import FIRST, clear_row, lanes, total
@@ -30,7 +31,6 @@ from softbrake.core.loop.rows import (
 )
 from softbrake.core.loop.step_size import stable_step
 from softbrake.core.loop.time_loop import begin_step, choose_step, end_step
-from softbrake.core.obstacles import any_above, foresee, may_touch, press_row, rub_row
 
 
 @kernel

@@ -16,6 +16,8 @@ from softbrake.core.arrays import Scheme
 from softbrake.core.jit import kernel
 from softbrake.core.lanes import FIRST, ONE
 from softbrake.core.membrane.edges import SMALLEST_SQUARE
+from softbrake.core.pressure import pressure_bound
+from softbrake.core.shape import cloth_above, cloth_around
 
 SOON = 0.98  # stretch from which an edge may be taut before the next choice
 
@@ -26,17 +28,17 @@ def stable_step(model, nodes, workspace):
 
     Reads model, nodes. Writes workspace.by_row, scratch in generatrix, hoop, by_column.rate.
     """
-    n1, n2, fabric, by_row = model.n1, model.n2, model.fabric, workspace.by_row
+    n1, n2, shape, by_row = model.n1, model.n2, model.shape, workspace.by_row
     generatrix, hoop, skew = workspace.generatrix, workspace.hoop, workspace.by_column.rate
     stride = uint64(model.stride)
-    by_row.e1[0] = longest(nodes, generatrix, FIRST, stride, FIRST, n2, fabric.h1)
+    by_row.e1[0] = longest(nodes, generatrix, FIRST, stride, FIRST, n2, shape.h1[0])
     fastest = 0.0
     for i in range(1, n1):
         node = uint64(i) * stride + FIRST
         below = uint64((i - 1) % 2) * stride + FIRST
         above = uint64(i % 2) * stride + FIRST
-        by_row.e1[i] = longest(nodes, generatrix, node, stride, above, n2, fabric.h1)
-        by_row.e2[i] = longest(nodes, hoop, node - ONE, ONE, FIRST - ONE, n2 + 1, fabric.h2)
+        by_row.e1[i] = longest(nodes, generatrix, node, stride, above, n2, shape.h1[i])
+        by_row.e2[i] = longest(nodes, hoop, node - ONE, ONE, FIRST - ONE, n2 + 1, shape.h2[i])
         update_skew(generatrix, hoop, skew, below, above, n2)
         by_row.skew[i] = largest(skew, uint64(0), n2)
     for i in range(ONE, uint64(n1)):
@@ -107,7 +109,7 @@ def fastest_rate(model, by_row, i):
     they share that of shear. Corners that are not right couple the two, as does Poisson's effect, together with shear where its
     modulus is large: see coupled. A few light rows between heavy ones cannot alternate wholly, so they feel these at once.
     """
-    fabric, e1, e2 = model.fabric, by_row.e1, by_row.e2
+    fabric, e1, e2 = cloth_around(model, i), by_row.e1, by_row.e2
     k1, t1, damping_1, wide_2, between = along(model, by_row, i)
     per_mass = 4.0 * model.per_mass[i]
     shared = model.shared[i]
@@ -141,12 +143,12 @@ def along(model, by_row, i):
     """
     fabric, per_mass, e1, e2 = model.fabric, model.per_mass, by_row.e1, by_row.e2
     b, a = i - ONE, i + ONE
-    aspect = fabric.h2 / fabric.h1
+    lower, upper = cloth_above(model, b), cloth_above(model, i)
     below, above = model.below[i], model.above[i]
     across_below = 0.5 * (e2[b] + e2[i])
     across_above = 0.5 * (e2[i] + e2[a])
-    wide_below = aspect * (1.0 + fabric.true_tension * across_below)
-    wide_above = aspect * (1.0 + fabric.true_tension * across_above)
+    wide_below = lower.h2 / lower.h1 * (1.0 + fabric.true_tension * across_below)
+    wide_above = upper.h2 / upper.h1 * (1.0 + fabric.true_tension * across_above)
     load_below = max(fabric.c11 * e1[b] + fabric.c12 * across_below, 0.0) * wide_below / (1.0 + e1[b])
     load_above = max(fabric.c11 * e1[i] + fabric.c12 * across_above, 0.0) * wide_above / (1.0 + e1[i])
     both = wide_below * below + wide_above * above
@@ -172,16 +174,11 @@ def poisson(fabric, e1, e2):
 
 @kernel
 def rate_of(model, by_row, i, square, damping, around):
-    """Return 2/dt (1/s) of w² (1/s^2) and D (1/s) with what the gas adds to them.
-
-    Pressure turns with the cloth: no more than p times the sum of the edges' lengths, that of a generatrix edge as far as waves
-    run around the hoop: around, 1, or the angle of the column of an axisymmetric shell. By (2.11), 2 nu^n p for small velocities
-    damps a node by its area, taken as if it acted along the wave.
-    """
-    fabric, pressure = model.fabric, model.pressure
-    length_1 = fabric.h1 * (1.0 + max(by_row.e1[i - ONE], by_row.e1[i]))
-    length_2 = fabric.h2 * (1.0 + by_row.e2[i])
-    push = pressure.most * model.hoop.gas * model.per_mass[i]
-    square += push * (around * length_1 + length_2)
-    damping += 2.0 * pressure.damping * push * length_1 * length_2
+    """Return 2/dt (1/s) of w² (1/s^2) and D (1/s) with what the gas adds to them; around: see pressure_bound."""
+    e1, h1 = by_row.e1, model.shape.h1
+    length_1 = max(h1[i - ONE] * (1.0 + e1[i - ONE]), h1[i] * (1.0 + e1[i]))
+    length_2 = model.shape.h2[i] * (1.0 + by_row.e2[i])
+    turned, damped = pressure_bound(model, i, around, length_1, length_2)
+    square += turned
+    damping += damped
     return 0.5 * (damping + sqrt(damping * damping + 4.0 * square))

@@ -6,7 +6,7 @@ from softbrake.core.arrays import Outcome, Peak, Source
 from softbrake.core.columns import History
 from softbrake.core.jit import kernel
 from softbrake.core.loop.ledger import raise_peak
-from softbrake.core.pressure import pressure_at
+from softbrake.core.pressure import update_pressure
 
 STEPS_PER_STEP_CHOICE = 16  # most; a choice costs a third of a step, 0.7 of one of the axisymmetric shell
 STEADY = 0.99  # a limit that has fallen to less of the last one is looked at more often
@@ -41,7 +41,7 @@ def begin_step(model, state):
     """
     length = min(model.courant * state.stable_step[0], model.end - state.now[History.TIME])
     state.now[History.TIME_STEP] = length
-    state.now[History.PRESSURE] = pressure_at(model.pressure, state.now[History.TIME])  # (2.10)
+    update_pressure(model, state)  # (2.10)
     return length, 0.5 * (state.last_step[0] + length)
 
 
@@ -73,7 +73,7 @@ def end_step(model, state, length, height):
     state.last_step[0] = length
     if outcome != Outcome.RUNNING:
         rewind(state.nodes, length - within)
-        now[History.PRESSURE] = pressure_at(model.pressure, now[History.TIME])
+        update_pressure(model, state)
         now[History.TIME_STEP] = 0.0
     return outcome
 

@@ -12,7 +12,9 @@ from softbrake.core.arrays import Obstacles, Step
 from softbrake.core.columns import History
 from softbrake.core.contact.constants import ACCELERATION_JUMP, GAP, LYING
 from softbrake.core.jit import kernel
-from softbrake.core.lanes import FIRST, close_nodes, close_vectors
+from softbrake.core.lanes import FIRST, close_nodes, close_vectors, lanes
+
+SMALLEST_FORCE = 1e-30  # N
 
 
 @kernel
@@ -57,6 +59,12 @@ def heights_below(step):
 def reaches_up(step, z, w):
     """Return whether a pushed node at z (m) with w (m/s) is above the cover (less the gap), or was before the step."""
     return max(z - step.next_cover, z - step.length * w - step.cover) > -step.gap
+
+
+@kernel
+def may_be_inside(obstacles, step, x, z, w):
+    """Return whether a pushed node at x, z (m) with w (m/s) may be in ground, cover or cargo, or beyond the axis."""
+    return z < obstacles.ground or x < least_radius(obstacles) or reaches_up(step, z, w)
 
 
 @kernel
@@ -155,7 +163,50 @@ def any_above(z, w, step, node, columns):
     return above > 0
 
 
+@kernel
+def any_below(z, ground, node, columns):
+    """Return whether a node of a row is below the ground (m)."""
+    below = 0
+    for j in range(uint64(columns)):
+        below |= int(z[node + j] < ground)
+    return below > 0
+
+
 # Kernels of a row take as many arrays as push_row, whose order they keep: a tuple of them would be of one use only.
+
+
+@kernel
+def land_row(nodes, area, pressure, mean, work, by_column, ground, step, mass, node, row, columns):
+    """Stop a row of pushed nodes at the ground (m): where z^{n+1} would be below it, its impulse leaves it there. Eq. (3.4).
+
+    Reads and writes as push_row, at offsets node, row; by_column.ground_impulse (N s).
+    """
+    dt, per_length, weight = step.dt, 1.0 / step.length, step.gravity * mass
+    for j in range(lanes(columns)):
+        a = node + j
+        c = row + j
+        rise = max((ground - nodes.z[a]) * per_length, 0.0)
+        half = 0.5 * rise
+        area_z = area.z[FIRST + j]
+        mean.z[c] += half
+        work.pressure[j] += dt * pressure[j] * area_z * half
+        work.gravity[j] -= dt * weight * half
+        work.ground[j] += mass * rise * mean.z[c]
+        by_column.kinetic[j] += mass * rise * (nodes.w[a] + half)
+        by_column.ground_impulse[j] = mass * rise
+        by_column.impulse[j] += mass * rise
+        by_column.on_ground[j] += lying_area(-min(area_z, 0.0), pressure[j], weight, mass * rise / dt)
+        nodes.w[a] += rise
+        nodes.z[a] = max(nodes.z[a], ground)
+
+
+@kernel
+def lying_area(area, pressure, weight, force):
+    """Return how much of a node's area (m^2) lies on the ground, by the part of gas and weight (N) that the ground bears there.
+
+    Cloth lies under its own load; where it lifts off within a cell, tension bears the rest.
+    """
+    return area * min(force / max(pressure * area + weight, SMALLEST_FORCE), 1.0)
 
 
 @kernel
