@@ -194,7 +194,7 @@ def test_card_and_curve_of_the_deceleration_are_one_signal(tmp_path: Path) -> No
     shown = re.search(r"peak deceleration, CFC 180\n([0-9.]+) g\n(.*)\n", words)
     assert shown is not None and "an accelerometer reads 0.165 g more" in shown[2]
     assert float(shown[1]) == pytest.approx(curve.axes[0].lines[0].get_ydata().max(), abs=0.005)
-    assert curve.get_label().startswith("Deceleration of the cargo, CFC 180, net of gravity; 1 g = 9.80665 m/s²")
+    assert curve.get_label().startswith("Deceleration, CFC 180, net of gravity, g of 9.80665 m/s²")
 
 
 def test_values_of_the_case_are_explained_for_a_reader_of_results(tmp_path: Path) -> None:
@@ -245,7 +245,7 @@ def test_curves_are_the_history_and_the_page_shows_them(result: Path) -> None:
     text, history = result_page(result), read_history(result)
     figures = drop_charts(read_case(result), history, read_summary(result))
     labels = [figure.get_label() for figure in figures]
-    assert [label.rsplit(", ", 1)[1] for label in labels] == ["m/s", "m", "g", "kPa", "kN/m", "kJ"]
+    assert [label.rsplit(", ", 1)[1] for label in labels] == ["m/s", "m", "g of 9.80665 m/s²", "kPa", "kN/m", "kJ"]
     assert [text.count(f"<figcaption>{label}</figcaption>") for label in labels] == [1] * 6
     columns = (-history["velocity"], history["height"], history["acceleration"] / 9.80665, history["pressure"] * 1e-3)
     for figure, column in zip(figures, columns, strict=False):

@@ -47,7 +47,7 @@ def draw_deceleration(axes: Axes, case: dict[str, Any], history: NDArray[Any]) -
     time, values = (history["time"], history["acceleration"]) if pulse is None else pulse
     signal = "unfiltered" if pulse is None else f"CFC {cfc}"
     axes.plot(time * 1e3, values / STANDARD_GRAVITY, color=RED)
-    axes.set(title=f"Deceleration of the cargo, {signal}, net of gravity; 1 g = {STANDARD_GRAVITY} m/s²", ylabel="g")
+    axes.set(title=f"Deceleration, {signal}, net of gravity", ylabel=f"g of {STANDARD_GRAVITY} m/s²")
 
 
 def draw_pressure(axes: Axes, history: NDArray[Any]) -> None:
