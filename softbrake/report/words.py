@@ -10,6 +10,11 @@ MOST_MARGIN = 100.0  # above which strength is out of all proportion to the tens
 TENSIONS = ("generatrix", "hoop", "belt")
 
 
+def named(answer: str) -> str:
+    """Name of an answer of Summary for people; a deceleration has that of its filter."""
+    return answer.replace("_", " ") + (", 1 kHz" if answer == "peak_deceleration" else "")
+
+
 def outcome_in_words(summary: Summary) -> str:
     """One sentence: how the run ended and when."""
     end = f"{summary.end_time:.5g} s"

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 from rich.console import Console
 
 from softbrake.report.console.tables import Column, plain, print_columns, print_quantities
+from softbrake.report.words import named
 
 if TYPE_CHECKING:
     from softbrake.studies.work_precision import WorkPrecision
@@ -27,14 +28,14 @@ def print_work_precision(found: WorkPrecision, command: str, console: Console | 
     console.print(f"Reference: {reference.basis}.")
     console.print()
     values = [
-        (name.replace("_", " "), f"{value:.5g}", UNITS[name], f"± {_percent(reference.error(name))}")
+        (named(name), f"{value:.5g}", UNITS[name], f"± {_percent(reference.error(name))}")
         for name, value in reference.values.items()
     ]
     print_quantities(console, values)
     console.print()
     rows: list[tuple[str, ...]] = []
     for name in reference.values:
-        rows.append(("", name.replace("_", " "), "", ""))
+        rows.append(("", named(name), "", ""))
         for tolerance in TOLERANCES:
             run = found.recommended(name, tolerance)
             if run is None:
@@ -55,7 +56,7 @@ def print_work_precision(found: WorkPrecision, command: str, console: Console | 
     if chosen and found.case.tolerance is None:
         tolerance, run = chosen[-1]
         sets = " ".join(f"--set {shlex.quote(text)}" for text in run.setting.overrides(found.case))
-        console.print(f"\nFor {100 * tolerance:g} % of the {first.replace('_', ' ')}:")
+        console.print(f"\nFor {100 * tolerance:g} % of the {named(first)}:")
         console.print(f"  {command} {sets}", soft_wrap=True)
 
 

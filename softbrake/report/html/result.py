@@ -13,7 +13,15 @@ from softbrake.report.html.case import case_table
 from softbrake.report.html.frame import Card, answers, figures, page, table
 from softbrake.report.html.inflation import inflation_page
 from softbrake.report.plots.page import drop_charts, shapes
-from softbrake.report.words import TENSIONS, disturbed_in_words, made_in_words, margin_in_words, outcome_in_words, when_in_words
+from softbrake.report.words import (
+    TENSIONS,
+    disturbed_in_words,
+    made_in_words,
+    margin_in_words,
+    named,
+    outcome_in_words,
+    when_in_words,
+)
 from softbrake.sim.result_file import ResultError, read_case, read_history, read_inflation, read_snapshots, read_summary
 from softbrake.sim.summary import Sensitivities, Summary
 
@@ -112,7 +120,7 @@ def _notes(summary: Summary, name: str, scale: float, unit: str, filtered: bool 
 
 def _sensitivity(found: Sensitivities) -> str:
     names = [name for name in found.errors if name in found.noise]
-    head = ["% per 1 % of", *(name.replace("_", " ") for name in names)]
+    head = ["% per 1 % of", *map(named, names)]
     rows = [
         [row.path, *("–" if (change := row.changes[name]) is None else f"{change:+.2f}" for name in names)]
         for row in found.inputs
