@@ -87,7 +87,7 @@ def default(key: Key) -> str:
 
 def keys_table(some: Iterable[Key]) -> str:
     """A row for each key."""
-    rows = [(code(key.name), key.meaning, allowed(key), default(key), code(key.example)) for key in some]
+    rows = [(code(key.name), key.purpose, allowed(key), default(key), code(key.example)) for key in some]
     return table(("key", "meaning", "unit or values", "default", "example"), rows)
 
 

@@ -24,7 +24,7 @@ from softbrake.report.as_json import summary_json
 from softbrake.report.console.progress import progress
 from softbrake.report.console.summary import print_summary
 from softbrake.sim.simulation import ALL_KERNELS, Progress
-from softbrake.sim.summary import FilteredPeaks, PeakValue, Summary
+from softbrake.sim.summary import Ensemble, FilteredPeaks, PeakValue, Sensitivities, Sensitivity, Summary, Trial, Work
 
 SMALL = ("--set", "grid.generatrix=8", "--set", "grid.hoop=12", "--set", "time.end=5ms")
 SLOW = {"h5py", "matplotlib", "numba", "numpy", "rich", "scipy"}
@@ -217,6 +217,37 @@ def test_summary_fits_80_columns_and_says_everything() -> None:
         "results in drop.vtkhdf",
     ):
         assert piece in text
+
+
+@pytest.mark.parametrize("width", range(40, 201, 8))
+def test_no_number_of_a_summary_is_cut(width: int) -> None:
+    """Numbers longer than their columns, at each width; notes are left out with a word where there is no room for them."""
+    answer = replace(
+        summary(),
+        work=Work(-110890.0123, 7654321.123, 0.0, 0.0, 447.0, 0.0, 0.0),
+        peak_deceleration=11311234.25,
+        trials=[Trial("axisymmetric", 36, 90, 123456.7891, 0.00123, 1234.5, "grids beside it agree")],
+        sensitivity=Sensitivities(
+            [Sensitivity("belts.line_density", 1.0, {"impact_velocity": -123456.78, "peak_deceleration": 0.5})],
+            *({"impact_velocity": 0.1, "peak_deceleration": 0.1} for _ in range(3)),
+            {},
+        ),
+    )
+    stream = io.StringIO()
+    print_summary(answer, 4709.0, Console(file=stream, width=width, markup=False, highlight=False))
+    text = stream.getvalue()
+    for number in ("-110890.012", "7654321.123", "11311234.25", "123456.7891", "-123456.78"):
+        assert number in text.split()
+    assert "…" not in text and max(map(len, text.splitlines()[1:])) <= width  # but for the title
+    assert ("47.9%" in text) != ("left out, for want of room: notes" in text)
+
+
+def test_peaks_of_ensembles_and_peaks_that_are_none_say_no_more_than_is_known() -> None:
+    mean = replace(summary(), ensemble=Ensemble(7, 3.5, 3.7, 1e-6, 1e-3))
+    lines = [" ".join(line.split()) for line in printed(mean).splitlines()]
+    assert "peak tension, hoop 8.000 kN/m in one drop at 0.01234 s, 0.300 m up" in lines
+    none = {name: PeakValue(2e-11, 0.0, 0.0, "overshoot") for name in summary().peaks}
+    assert "0.00000 s" not in printed(replace(summary(), peaks=none))
 
 
 def test_phases_and_filtered_peaks_stand_below_their_peak() -> None:

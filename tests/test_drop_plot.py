@@ -10,8 +10,9 @@ import synthetic_drop as drop
 
 from softbrake.core.columns import History
 from softbrake.report.plots.drop import draw_drop, drop_figure, plot_result, result_figure
+from softbrake.report.plots.page import drop_charts
 from softbrake.report.plots.style import PlotError
-from softbrake.sim.result_file import ResultError, ResultFile, read_history
+from softbrake.sim.result_file import ResultError, ResultFile, read_case, read_history, read_summary
 
 pytest.importorskip("matplotlib")
 
@@ -41,13 +42,32 @@ def test_curves_are_the_history_in_the_units_of_their_axes(result: Path) -> None
     assert fallen_speed**2 == pytest.approx(6.0**2 + 2 * 9.81 * 0.6)
     assert fallen_time / 1e3 == pytest.approx((fallen_speed - 6.0) / 9.81)
     brake = panel(figure, "Deceleration")
-    assert brake.get_ylabel() == "g"
-    np.testing.assert_allclose(brake.lines[0].get_ydata(), drop.DECELERATION / 9.81)
+    assert brake.get_ylabel() == "g of 9.80665 m/s²"
+    np.testing.assert_allclose(
+        brake.lines[0].get_ydata(), drop.DECELERATION / 9.80665
+    )  # the standard gravity, whatever the case's
+    assert "CFC 180, net of gravity" in brake.get_title(loc="left")
     energy = curves(panel(figure, "Energy"))
     works = sum(energy[label][-1, 1] for label in energy if label.startswith("work"))
     assert energy["kinetic energy"][-1, 1] - energy["kinetic energy"][0, 1] == pytest.approx(works)
     assert figure.axes[-1].get_xlabel() == "time, ms"
     assert "impact at 3.600 m/s, free fall 6.911 m/s" in figure.get_suptitle()
+
+
+def test_page_and_picture_have_one_g(tmp_path: Path) -> None:
+    """That of the standard, on a planet of another gravity as well."""
+    path = tmp_path / "moon.vtkhdf"
+    drop.write(path, replace(drop.case(6, 8), gravity=1.62))
+    pictured = panel(result_figure(path), "Deceleration").lines[0].get_ydata()
+    paged = drop_charts(read_case(path), read_history(path), read_summary(path))[2].axes[0].lines[0].get_ydata()
+    assert pictured.max() == pytest.approx(drop.DECELERATION / 9.80665) == paged.max()
+
+
+def test_a_record_too_coarse_for_its_class_is_drawn_unfiltered(tmp_path: Path) -> None:
+    path, case = tmp_path / "drop.vtkhdf", drop.case(6, 8)
+    drop.write(path, replace(case, output=replace(case.output, cfc=1000)))
+    shown = panel(result_figure(path), "Deceleration, unfiltered").lines[0]
+    assert len(shown.get_ydata()) == len(read_history(path))
 
 
 def test_tensions_may_be_dimensionless(result: Path) -> None:

@@ -103,6 +103,17 @@ def test_gain_at_rest_at_the_corner_and_at_3_db(cfc: int) -> None:
     assert gain(5.0 / 3.0 * cfc) == pytest.approx(sqrt(0.5), abs=1e-3)
 
 
+@pytest.mark.parametrize("cfc", CLASSES)
+def test_sampling_is_fast_enough_or_refused(cfc: int) -> None:
+    """The standard asks for 10 kHz; at pi/2 of wd T/2 the corner is the highest frequency that samples can show."""
+    pulse = filtered(np.linspace(0.0, 0.1, 10_001), np.zeros(10_001), cfc)
+    assert pulse is not None and 1.0 / np.diff(pulse[0]).max() > 10e3
+    assert np.isfinite(low_pass(np.ones(50), 2.0 * CORNER * cfc * 1.001, cfc)).all()
+    for rate in (2.0 * CORNER * cfc, CORNER * cfc):
+        with pytest.raises(ValueError):
+            low_pass(np.ones(50), rate, cfc)
+
+
 def test_uneven_rows_give_what_even_ones_do() -> None:
     random = np.random.default_rng(2)
     even = np.linspace(0.0, 0.08, 4001)

@@ -20,7 +20,9 @@ from softbrake.report.html.frame import table
 from softbrake.report.html.result import result_page
 from softbrake.report.html.sweep import sweep_page
 from softbrake.report.html.write import write_report
+from softbrake.report.plots.drop import result_figure
 from softbrake.report.plots.page import BUCKETS, DASHES, as_svg, drop_charts, shapes, sweep_chart
+from softbrake.sim.inflate import inflate
 from softbrake.sim.result_file import (
     ResultError,
     ResultFile,
@@ -28,6 +30,7 @@ from softbrake.sim.result_file import (
     read_history,
     read_snapshots,
     read_summary,
+    read_tension_scale,
     replace_summary,
 )
 from softbrake.sim.simulation import simulate
@@ -149,9 +152,9 @@ def test_errors_margins_and_sensitivities_are_shown(tmp_path: Path) -> None:
     words = Page(text).words
     for piece in (
         "3.600 ± 0.05 m/s",
+        "4.00 kN/m\nits error has no bound",
         "± 0.1 g",
         "± 0.12 kN/m",
-        "4.00 ± no bound, kN/m",
         "three grids",
         "+50%",
         "-10%",
@@ -175,29 +178,90 @@ def test_phases_and_filtered_peaks_are_shown(tmp_path: Path) -> None:
     )
     replace_summary(file, replace(drop.summary(), peaks=peaks, filtered=behind))
     words = Page(result_page(file)).words
-    assert "net of gravity; at 4 ms, overshoot; crushing: 1.00 g; CFC 180: 1.50 g, overshoot" in words
+    assert "peak deceleration, CFC 180\n1.50 g\nnet of gravity: an accelerometer reads 1 g more; at 5 ms, overshoot; " in words
+    assert "behind a one-way low-pass of 1 kHz 2.04 g; at 4 ms, overshoot; crushing: 1.00 g" in words
     assert "at 60 ms, 0.3 m up the shell, crushing; overshoot: 6.00 kN/m; CFC 180: 7.00 kN/m, crushing" in words
     replace_summary(file, replace(drop.summary(), filtered=FilteredPeaks(60, "5 ms long, 24 wanted")))
     assert "CFC 60: none, 5 ms long, 24 wanted" in Page(result_page(file)).words
+
+
+def test_card_and_curve_of_the_deceleration_are_one_signal(tmp_path: Path) -> None:
+    """A drop on the moon, whose accelerometer reads a sixth of a g more."""
+    case = load_case(ROOT / "configs" / "no-belts.yaml", ["model.fidelity=lumped", "gravity=1.62 m/s^2"])
+    summary = simulate(case, tmp_path / "gas.vtkhdf")
+    curve = drop_charts(read_case(tmp_path / "gas.vtkhdf"), read_history(tmp_path / "gas.vtkhdf"), summary)[2]
+    words = Page(result_page(tmp_path / "gas.vtkhdf")).words
+    shown = re.search(r"peak deceleration, CFC 180\n([0-9.]+) g\n(.*)\n", words)
+    assert shown is not None and "an accelerometer reads 0.165 g more" in shown[2]
+    assert float(shown[1]) == pytest.approx(curve.axes[0].lines[0].get_ydata().max(), abs=0.005)
+    assert curve.get_label().startswith("Deceleration, CFC 180, net of gravity, g of 9.80665 m/s²")
+
+
+def test_values_of_the_case_are_explained_for_a_reader_of_results(tmp_path: Path) -> None:
+    """Not as to one who fills in the starter case; layers and the damping ratio, which become other keys, are there."""
+    file, plain = tmp_path / "drop.vtkhdf", drop.case(6, 8)
+    drop.write(file, load_case(ROOT / "configs" / "paper.yaml", ["grid.generatrix=6", "grid.hoop=8", "fabric.damping_ratio=3 %"]))
+    words = Page(result_page(file)).words
+    assert "instead" not in words
+    assert "fabric.E11\n20000 N/m\nmodulus along the generatrix" in words
+    assert "belts.2.layers\n5\nof fabric" in words
+    assert "fabric.damping_ratio\n3 %" in words
+    drop.write(file, replace(plain, belts=(replace(plain.belts[0], line_density=1.0),)))
+    assert "layers" not in Page(result_page(file)).words
+
+
+def test_margins_out_of_all_proportion_are_not_written_out(tmp_path: Path) -> None:
+    file = tmp_path / "drop.vtkhdf"
+    drop.write(file, drop.case(6, 8))
+    replace_summary(file, replace(drop.summary(), fabric_margin=4e13))
+    assert "margin, fabric\nabove +10000%" in Page(result_page(file)).words
+
+
+def test_an_inflated_shell_has_a_page_and_a_picture_of_its_own(tmp_path: Path) -> None:
+    file, case = tmp_path / "rest.vtkhdf", load_case(ROOT / "configs" / "no-belts.yaml", ["grid={generatrix: 12, hoop: 16}"])
+    answer = inflate(case, file)
+    text = result_page(file)
+    words = Page(text).words
+    assert "did not finish" not in words and "Course of the drop" not in words
+    for piece in (
+        "Inflated: at rest to a residual of",
+        f"pressure\n{answer.pressure / 1e3:.4g} kPa",
+        f"force on the cover\n{answer.cover_force:.2f} N",
+        f"tension, hoop\n{answer.tension_hoop / 1e3:.4f} kN/m",
+        "At rest",
+    ):
+        assert piece in words
+    assert text.count("<figure>") == 3
+    for dimensionless in (False, True):
+        shape, tension, radius = result_figure(file, dimensionless).axes
+        scale = read_tension_scale(file) if dimensionless else 1e3
+        hoop = next(line for line in tension.lines if line.get_label() == "hoop").get_ydata()
+        assert hoop.max() == pytest.approx(answer.tension_hoop / scale, rel=1e-3)
+        assert radius.lines[0].get_ydata().max() == pytest.approx(answer.largest_radius, rel=1e-6)
+        assert shape.lines[0].get_xdata().max() == pytest.approx(answer.largest_radius, rel=1e-3)
 
 
 def test_curves_are_the_history_and_the_page_shows_them(result: Path) -> None:
     text, history = result_page(result), read_history(result)
     figures = drop_charts(read_case(result), history, read_summary(result))
     labels = [figure.get_label() for figure in figures]
-    assert [label.rsplit(", ", 1)[1] for label in labels] == ["m/s", "m", "g", "kPa", "kN/m", "kJ"]
+    assert [label.rsplit(", ", 1)[1] for label in labels] == ["m/s", "m", "g of 9.80665 m/s²", "kPa", "kN/m", "kJ"]
     assert [text.count(f"<figcaption>{label}</figcaption>") for label in labels] == [1] * 6
     columns = (-history["velocity"], history["height"], history["acceleration"] / 9.80665, history["pressure"] * 1e-3)
     for figure, column in zip(figures, columns, strict=False):
         (axes,) = figure.axes
-        np.testing.assert_allclose(np.column_stack(axes.lines[0].get_data()), np.column_stack((history["time"] * 1e3, column)))
+        x, y = axes.lines[0].get_data()
+        if axes is figures[2].axes[0]:  # behind a filter, at times of its own
+            np.testing.assert_allclose(y, column[0])
+        else:
+            np.testing.assert_allclose(np.column_stack((x, y)), np.column_stack((history["time"] * 1e3, column)))
         assert axes.get_ylim()[0] <= 1e-9 and axes.get_ylim()[1] >= -1e-9
         assert axes.get_xlabel() == "time, ms"
     for figure in figures:
         assert as_svg(figure).split("\n", 1)[1] in text  # but for the tag, which the page completes
         pictured = [path for path in paths(as_svg(figure)) if len(path) == len(history)]
         lines = [k for k, line in enumerate(figure.axes[0].lines) if len(line.get_xdata()) == len(history)]
-        assert pictured and len(pictured) == len(lines)
+        assert len(pictured) == len(lines) and bool(pictured) == (figure is not figures[2])
         for path, number in zip(pictured, lines, strict=True):
             np.testing.assert_allclose(path, in_pixels(figure, number), atol=0.02)
 
@@ -270,7 +334,7 @@ def test_charts_bear_what_is_not_a_number() -> None:
     x = np.array([0.0, 1.0, 2.0, np.nan])
     figure = sweep_chart("a", "m", "s", x, np.array([1.0, np.nan, 3.0, 1.0]), True, True)
     assert "nan" not in as_svg(figure)
-    assert len(figure.axes[0].lines[0].get_xdata()) == 2
+    np.testing.assert_array_equal(figure.axes[0].lines[0].get_ydata(), [1.0, np.nan, 3.0])  # a gap, no bridge
     for y in (np.zeros(1), np.array([np.nan])):
         assert "nan" not in as_svg(sweep_chart("flat", "m", "s", x[:1], y, True, False))
 
@@ -319,7 +383,13 @@ def sweep(folder: Path, **changes: str) -> Path:
 def test_page_of_a_sweep(tmp_path: Path) -> None:
     text = sweep_page(sweep(tmp_path / "one-sweep"))
     found = Page(text)
-    for piece in ("Sweep <1>", "4 runs over pressure.value", "1 of them have no answer.", "it <bursts>", "Peak deceleration, g"):
+    for piece in (
+        "Sweep <1>",
+        "4 runs over pressure.value",
+        "1 of them have no answer.",
+        "it <bursts>",
+        "Peak deceleration, 1 kHz, g",
+    ):
         assert piece in found.texts or piece in found.words
     assert "2\nimpact\n20000\n1.5\n5\n–" not in found.words  # no belts, no column of theirs
     assert "2\nimpact\n20000\n1.5\n5\n0" in found.words
@@ -346,6 +416,24 @@ def test_sweep_over_two_axes_has_a_dot_a_run(tmp_path: Path) -> None:
     Page(text)
     assert text.count("<figure>") == 1  # words make no axis
     assert text.count("<use") == 4  # the dots, by one definition
+
+
+def test_page_of_a_sweep_over_two_numbers_has_the_maps_of_the_picture(tmp_path: Path) -> None:
+    head = "run,id,cargo.mass,pressure.value,outcome,fault,impact_velocity,peak_deceleration\n"
+    values = [(mass, p) for mass in (50.0, 75.0, 100.0) for p in (1e4, 2e4, 3e4)]
+    results = head + "".join(
+        f"{k},x{k},{mass},{p},diverged,burst,,\n" if k == 0 else f"{k},x{k},{mass},{p},impact,,{mass * p},{p + k}\n"
+        for k, (mass, p) in enumerate(values)
+    )
+    axes = '"axes": [["cargo.mass", "kg", false], ["pressure.value", "Pa", true, "bar", 1e5]]'
+    folder = sweep(tmp_path / "map", plan=SWEEP["plan.json"].replace("{", "{" + axes + ", ", 1), results=results)
+    (folder / "results.units.csv").write_text(head + ",,kg,Pa,,,m/s,m/s^2\n")
+    text = sweep_page(folder)
+    found = Page(text)
+    assert text.count("<figure>") == 2  # one an answer, not one an answer and axis
+    assert found.texts.count("pressure.value, bar") == 2 + 1  # of each map and of the table
+    assert "1\nimpact\n50\n0.2\n" in found.words
+    assert "mathdefault" not in text
 
 
 def test_faults_of_a_sweep(tmp_path: Path) -> None:

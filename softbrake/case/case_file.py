@@ -12,7 +12,7 @@ from softbrake.case.keys import Key
 from softbrake.case.overrides import Override, overridden
 from softbrake.case.section import Draft
 from softbrake.case.sections.top import TOP
-from softbrake.case.units import Dimension
+from softbrake.case.units import Dimension, unit_of
 from softbrake.case.yaml_nodes import Node, Place, YamlError, join, parse
 
 Number = float | tuple[float, ...]
@@ -50,6 +50,15 @@ class CaseFile:
         """Return the case with other numbers, in SI units by dotted path. Raises CaseError, as with `--set PATH=VALUE`."""
         texts = {path: repr(list(value) if isinstance(value, tuple) else value) for path, value in values.items()}
         return self.set([f"{path}={text}" for path, text in texts.items()]).case
+
+    def unit_of(self, path: str) -> str:
+        """Return the unit in which the file or an override gives the value at a dotted path; empty without one."""
+        node: Node | None = self.tree
+        for name in path.split("."):
+            value = None if node is None else node.value
+            members = dict(zip(map(str, range(len(value))), value, strict=True)) if isinstance(value, list) else value
+            node = members.get(name) if isinstance(members, dict) else None
+        return unit_of(node.value) if node is not None and isinstance(node.value, str) else ""
 
     def quantities(self) -> dict[str, Number]:
         """What the file and its overrides give to the physics as numbers other than 0, in SI units, by dotted path.

@@ -27,6 +27,7 @@ class Key:
     many: bool = False  # a list of such values
     auto: str = ""  # the word auto is allowed; what a number looks like
     begun: bool = False  # stands in the starter case though it may be left out
+    instead: str = ""  # the key that it replaces: for starter case and schema, where both may stand
     idle: bool = False  # does nothing to the drop: accuracy, or what an answer is compared with
 
     @property
@@ -87,12 +88,17 @@ class Key:
         return int(value)
 
     @property
+    def purpose(self) -> str:
+        """Meaning, and the key that it stands for instead."""
+        return f"instead of {self.instead}: {self.meaning}" if self.instead else self.meaning
+
+    @property
     def described(self) -> str:
         """Meaning, words or SI unit, and default in one line."""
         unit = f" [{self.kind.unit}]" if isinstance(self.kind, Dimension) and self.kind.unit else ""
         words = f" ({' | '.join(map(str, self.kind))})" if isinstance(self.kind, tuple) else ""
         default = f"{self.default:.7g}" if isinstance(self.default, (int, float)) else self.computed or self.default
-        return self.meaning + words + unit + (f"; default {default}" if default else "")
+        return self.purpose + words + unit + (f"; default {default}" if default else "")
 
     def schema(self) -> dict[str, Any]:
         """JSON Schema of its value."""

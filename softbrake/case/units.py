@@ -8,6 +8,8 @@ from difflib import get_close_matches
 from enum import Enum
 from functools import lru_cache
 
+STANDARD_GRAVITY = 9.80665  # m/s^2, g_n: one g in every case, on a planet of any gravity
+
 Powers = tuple[int, int, int]  # of metre, kilogram, second
 UNITS: dict[str, tuple[float, Powers]] = {
     "m": (1.0, (1, 0, 0)),
@@ -38,7 +40,7 @@ UNITS: dict[str, tuple[float, Powers]] = {
 }
 
 # Text of a quantity that is not negative, as a regular expression that JSON Schema understands too.
-PATTERN = r"^\s*\+?([0-9]+\.?[0-9]*|\.[0-9]+)([eE][-+]?[0-9]+)?\s*([A-Za-z%][A-Za-z%0-9²³*·/^ -]*)?$"
+PATTERN = r"^\s*\+?([0-9]+\.?[0-9]*|\.[0-9]+)([eE][-+]?[0-9]+)?\s*([A-Za-z%][A-Za-z%0-9²³*·/^ _-]*)?$"
 _QUANTITY = re.compile(r"\s*([-+]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][-+]?[0-9]+)?)\s*(.*?)\s*")
 _SEPARATOR = re.compile(r"\s*([*·/])\s*|\s+")
 _FACTOR = re.compile(r"([A-Za-z]+|%)(?:\^(-?[1-9]))?")
@@ -87,21 +89,35 @@ class Dimension(Enum):
         self.powers = _measure(unit)[1]
 
 
+def unit_size(unit: str, expected: Dimension) -> float:
+    """SI size of a unit of the expected dimension, 1 of none. Raises ValueError as `parse_quantity`."""
+    if expected is Dimension.ACCELERATION and unit in ("g", "g_n"):
+        return STANDARD_GRAVITY
+    size, powers = _measure(unit)
+    if unit and powers != expected.powers:
+        found = next((dimension.phrase for dimension in Dimension if dimension.powers == powers), f"not {expected.phrase}")
+        raise ValueError(f"'{unit}' is {found}")
+    return size
+
+
+def unit_of(text: str) -> str:
+    """Unit of a quantity as it is written; empty without one, and of what is no quantity."""
+    match = _QUANTITY.fullmatch(text)
+    return match[2] if match else ""
+
+
 def parse_quantity(text: str, expected: Dimension) -> float:
     """SI value of a number with a unit of the expected dimension; without a unit the number is SI already.
 
-    Units are joined by `*`, `·` or a space, `/` and `^`: `0.2 N*s/m`, `9.81 m/s^2`.
+    Units are joined by `*`, `·` or a space, `/` and `^`: `0.2 N*s/m`, `9.81 m/s^2`. Alone, `g` and `g_n` are the standard gravity
+    where an acceleration is expected; else `g` is a gram.
     Raises ValueError, which says what is wrong in words for a user.
     """
     match = _QUANTITY.fullmatch(text)
     if match is None:
         raise ValueError(f"'{text}' is not a number with a unit")
     unit = match[2]
-    size, powers = _measure(unit)
-    if unit and powers != expected.powers:
-        found = next((dimension.phrase for dimension in Dimension if dimension.powers == powers), f"not {expected.phrase}")
-        raise ValueError(f"'{unit}' is {found}")
-    value = float(match[1]) * size
+    value = float(match[1]) * unit_size(unit, expected)
     if not math.isfinite(value):
         raise ValueError(f"'{text}' is not a finite number")
     return value

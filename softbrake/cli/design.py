@@ -65,7 +65,11 @@ def design(
         typer.echo(design_json(question, stop, found))
     else:
         print_design(question, stop, found)
-        options = [word for change in [*(overrides or ()), f"{path}={found.value:.6g}"] for word in ("--set", change)]
+        options = [
+            word
+            for change in [*(overrides or ()), f"{path}={found.value / question.size:.6g}{question.shown}"]
+            for word in ("--set", change)
+        ]
         typer.echo(f"next: {shlex.join(['softbrake', 'run', str(case_file), *options])}")
     if found.missed:
         fail(f"{path}: {found.missed}", FAILED)

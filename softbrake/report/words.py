@@ -2,11 +2,17 @@
 
 from __future__ import annotations
 
-from softbrake.sim.summary import Ensemble, Summary
+from softbrake.sim.summary import Ensemble, Inflation, PeakValue, Summary
 
-STANDARD_GRAVITY = 9.80665  # m/s^2
 SHOWN = 1e-5  # of the initial energy: less than that is what steps of finite length leave
+DUST = 1e-6  # m/s^2 or N/m: less than that is round-off
+MOST_MARGIN = 100.0  # above which strength is out of all proportion to the tension
 TENSIONS = ("generatrix", "hoop", "belt")
+
+
+def named(answer: str) -> str:
+    """Name of an answer of Summary for people; a deceleration has that of its filter."""
+    return answer.replace("_", " ") + (", 1 kHz" if answer == "peak_deceleration" else "")
 
 
 def outcome_in_words(summary: Summary) -> str:
@@ -36,3 +42,44 @@ def disturbed_in_words(found: Ensemble) -> str:
     """How little the shells of an ensemble are out of round at the start."""
     sizes = f"{found.smallest:g}" if found.smallest == found.largest else f"{found.smallest:g} to {found.largest:g}"
     return f"disturbed by {sizes} R"
+
+
+def margin_in_words(margin: float, digits: int = 0) -> str:
+    """Strength over tension less 1, in per cent."""
+    return f"above {MOST_MARGIN:+.0%}" if margin > MOST_MARGIN else f"{margin:+.{digits}%}"
+
+
+def when_in_words(peak: PeakValue, scale: float = 1.0, mean: Ensemble | None = None, phase: bool = True) -> str:
+    """Time of a peak, its height on the shell, and its phase if asked for; empty where there is no peak.
+
+    scale: of the time, 1 for s, 1e3 for ms. mean: ensemble whose mean the peak is, at the time and the place of one drop.
+    """
+    if peak.value < DUST:
+        return ""
+    time = f"{peak.time:.5f} s" if scale == 1.0 else f"{peak.time * scale:.4g} ms"
+    height = "" if peak.height is None else f", {peak.height:.3f} m up" if scale == 1.0 else f", {peak.height:.3g} m up the shell"
+    one = "" if mean is None else "in one drop "
+    return f"{one}at {time}{height}" + (f", {peak.phase}" if phase and peak.phase is not None else "")
+
+
+def inflated_in_words(inflation: Inflation) -> str:
+    """One sentence: how near to rest the shell is."""
+    return f"Inflated: at rest to a residual of {inflation.residual:.1e} after {inflation.steps} steps."
+
+
+def inflation_rows(inflation: Inflation) -> list[tuple[str, str, str, str]]:
+    """Name, value, unit and note of what a static inflation found."""
+    middle = {"generatrix": inflation.middle_tension_generatrix, "hoop": inflation.middle_tension_hoop}
+    rows = [
+        ("pressure", f"{inflation.pressure / 1e3:.4g}", "kPa", "the largest; the law starts without" * inflation.pressure_late),
+        ("height", f"{inflation.height:.5g}", "m", "held"),
+        ("largest radius", f"{inflation.largest_radius:.5f}", "m", f"{inflation.largest_radius_height:.3f} m up"),
+        ("volume", f"{inflation.volume:.5g}", "m^3", ""),
+        ("force on the cover", f"{inflation.cover_force:.2f}", "N", ""),
+        ("pull of the wall on it", f"{inflation.wall_pull:.2f}", "N", ""),
+    ]
+    for part in TENSIONS:
+        if (tension := getattr(inflation, f"tension_{part}")) is not None:
+            note = f"largest; {middle[part] / 1e3:.4f} at mid-height" if part in middle else "largest"
+            rows.append((f"tension, {part}", f"{tension / 1e3:.4f}", "kN/m", note))
+    return rows

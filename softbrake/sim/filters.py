@@ -25,7 +25,8 @@ COLUMNS = (History.TIME, History.HEIGHT, History.VELOCITY, *TENSIONS.values())  
 def low_pass(values: Floats, rate: float, cfc: float) -> Floats:
     """Return even samples behind a class: two poles forward and backward, both ends mirrored by 10 ms or what there is.
 
-    rate: samples per second. Equal to the recursion of SAE J211-1, appendix C, to round-off; of no phase.
+    rate: samples per second. Equal to the recursion of SAE J211-1, appendix C, to round-off; of no phase. Raises ValueError where
+    wd T/2 reaches pi/2, at 4.155 samples per second and class.
     """
     from scipy.signal import butter, sosfiltfilt  # here, for it loads most of scipy: as long as a short drop takes
 
@@ -42,6 +43,8 @@ def unfit(time: Floats, cfc: float) -> str | None:
     """
     if len(time) < 2:
         return "fewer than two rows"
+    if not np.isfinite(time).all():
+        return "rows that are no numbers"
     apart, allowed = float(np.diff(time).max(initial=0.0)), 1.0 / (LEAST_ROWS * cfc)
     if apart > allowed:
         return f"rows {apart * 1e3:.2g} ms apart, {allowed * 1e3:.2g} allowed"
@@ -52,9 +55,10 @@ def unfit(time: Floats, cfc: float) -> str | None:
 def filtered(time: Floats, values: Floats, cfc: float) -> tuple[Floats, Floats] | None:
     """Return even times (s) and values behind a class, of a record at times that need not be even; None where it is unfit.
 
-    Samples are means of the record, linear between its times, over 1/100 of a period of the corner: no blow between them is lost.
+    None also where a value is no number. Samples are means of the record, linear between its times, over 1/100 of a period of the
+    corner, which is more than 10 kHz in each class: no blow between them is lost.
     """
-    if unfit(time, cfc) is not None:
+    if unfit(time, cfc) is not None or not np.isfinite(values).all():
         return None
     edges = _edges(time, cfc)
     whole = np.concatenate(([0.0], np.cumsum(0.5 * np.diff(time) * (values[1:] + values[:-1]))))
@@ -65,7 +69,7 @@ def filtered(time: Floats, values: Floats, cfc: float) -> tuple[Floats, Floats] 
 
 def filtered_slope(time: Floats, values: Floats, cfc: float) -> tuple[Floats, Floats] | None:
     """As `filtered`, of what the values change by in a second: so an acceleration keeps the momentum between rows."""
-    if unfit(time, cfc) is not None:
+    if unfit(time, cfc) is not None or not np.isfinite(values).all():
         return None
     edges = _edges(time, cfc)
     return _filtered_slope(edges, np.interp(edges, time, values), cfc)

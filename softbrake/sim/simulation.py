@@ -71,6 +71,7 @@ CLOCK = time.perf_counter if sys.platform == "win32" else time.thread_time  # Wi
 NEVER = 2**62  # steps between rows of a history that nobody reads
 UNDAMPED = 0.03  # damping ratio of the shortest wave below which tensions without a potential end either scheme
 LEAKY = 0.3  # below which they may end a run of the default one; see benchmarks/stability.py
+ROUND_OFF = 1e-9  # of a strength: a smaller tension is none
 BURST = 1.5  # median hoop stretch; skeleton fabrics are used up to 1.3, and a faulty step stretches a few nodes only
 
 
@@ -510,4 +511,5 @@ class Simulation:
 
 
 def _margin(strength: float | None, tension: float) -> float | None:
-    return strength / tension - 1.0 if strength is not None and tension > 0.0 else None
+    """Strength over tension less 1; None without a strength, and where the tension is round-off."""
+    return strength / tension - 1.0 if strength is not None and tension > ROUND_OFF * strength else None

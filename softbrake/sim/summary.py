@@ -23,7 +23,10 @@ class PeakValue:
 
 @dataclass(frozen=True)
 class FilteredPeaks:
-    """Peaks behind a channel frequency class of SAE J211, of the rows that the result file keeps; heights are None."""
+    """Peaks behind a channel frequency class of SAE J211, of the rows that the result file keeps; heights are None.
+
+    The deceleration is net of gravity: an accelerometer reads that much more.
+    """
 
     cfc: int
     fault: str | None  # why there are none, else None
@@ -166,7 +169,10 @@ class Summary:
     free_fall_velocity: float = answer("m/s", "after falling the shell's height unbraked")
     velocity_reduction: float | None = answer("m/s")
     minimum_height: float = answer("m", "lowest place of the upper cover")
-    peak_deceleration: float = answer("m/s^2", "upwards, net of gravity, behind a low-pass of 1 kHz")
+    peak_deceleration: float = answer(
+        "m/s^2",
+        "upwards, net of gravity, behind a one-way first-order low-pass of 1 kHz, which is no channel class; see filtered",
+    )
     peak_tension_generatrix: float | None = answer("N/m", "None of a lumped run, which has no shell")
     peak_tension_hoop: float | None = answer("N/m", "likewise")
     peak_tension_belt: float | None = answer("N/m", "likewise, and None without belts")
@@ -191,7 +197,9 @@ class Summary:
     fidelity_reason: str | None = answer("", "what the error rests on, and why this level was chosen", default=None)
     trials: list[Trial] = answer("", "what was tried for a tolerance", default_factory=list)
     fabric_margin: float | None = answer(
-        "", "fabric.strength over its largest tension, less 1; None where no strength is given", default=None
+        "",
+        "fabric.strength over its largest tension, less 1; None where no strength is given, or no tension arises",
+        default=None,
     )
     belt_margin: float | None = answer("", "likewise, of the weakest belt under the largest tension of any", default=None)
     sensitivity: Sensitivities | None = answer("", "where it was asked for", default=None)

@@ -16,7 +16,7 @@ from softbrake.case.checker import Checker
 from softbrake.case.keys import Key
 from softbrake.case.overrides import Override
 from softbrake.case.sections.sweep import SWEEP
-from softbrake.case.units import Dimension
+from softbrake.case.units import Dimension, unit_of, unit_size
 from softbrake.case.yaml_nodes import Node, Place, join, parse
 
 MOST_RUNS = 1_000_000
@@ -32,6 +32,17 @@ class Axis(NamedTuple):
     path: str
     unit: str  # SI; empty for ratios, integers and words
     log: bool = False  # spaced so, and drawn so
+    asked: str = ""  # unit in which its values were asked for; empty where they were in none, or in several
+    size: float = 1.0  # SI, of that unit
+
+    @property
+    def shown(self) -> str:
+        """The unit for people."""
+        return self.asked or self.unit
+
+    def written(self, value: float | str) -> str:
+        """A value in the unit for people."""
+        return f"{value / self.size:.6g}" if isinstance(value, float) else str(value)
 
 
 class Design(NamedTuple):
@@ -119,7 +130,7 @@ def designs_of(file: CaseFile, vary: Sequence[str] = (), settings: Mapping[str, 
     if faults:
         shown = list(faults)[:FAULTS_SHOWN]
         raise CaseError(shown + ([f"... and {len(faults) - len(shown)} faults more"] if len(faults) > len(shown) else []))
-    return Designs(tuple(Axis(axis, _unit(axis), values.log) for axis, values in axes.items()), tuple(designs))
+    return Designs(tuple(map(_axis, axes.values())), tuple(designs))
 
 
 def key_of(path: str) -> Key | None:
@@ -131,9 +142,13 @@ def key_of(path: str) -> Key | None:
     return replace(key, many=False)
 
 
-def _unit(path: str) -> str:
-    key = key_of(path)
-    return key.kind.unit if key is not None and isinstance(key.kind, Dimension) else ""
+def _axis(values: _Values) -> Axis:
+    """The axis of values that are without faults."""
+    key, units = key_of(values.path), {unit_of(text) for text in values.texts} or {values.unit}
+    if key is None or not isinstance(key.kind, Dimension):
+        return Axis(values.path, "", values.log)
+    asked = units.pop() if len(units) == 1 else ""
+    return Axis(values.path, key.kind.unit, values.log, asked, unit_size(asked, key.kind) if asked else 1.0)
 
 
 def _si(path: str, text: str) -> float | str:

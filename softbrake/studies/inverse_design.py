@@ -16,7 +16,7 @@ from softbrake.case.case import Case, is_quantity, key_at
 from softbrake.case.case_file import CaseError, CaseFile
 from softbrake.case.full_stop import FullStop, full_stop
 from softbrake.case.level import level
-from softbrake.case.units import Dimension, parse_quantity
+from softbrake.case.units import Dimension, parse_quantity, unit_of, unit_size
 from softbrake.sim.simulation import Diverged, simulate
 from softbrake.sim.summary import Summary, Trial
 from softbrake.studies.batch import run_batch
@@ -30,7 +30,7 @@ TARGETS = {
     "peak_tension_hoop": Dimension.TENSION,
     "peak_tension_belt": Dimension.TENSION,
 }
-EXAMPLES = {"impact_velocity": "1.5m/s", "peak_deceleration": "78.45m/s^2 (8 g)"} | dict.fromkeys([*TARGETS][2:], "30kN/m")
+EXAMPLES = {"impact_velocity": "1.5m/s", "peak_deceleration": "8g"} | dict.fromkeys([*TARGETS][2:], "30kN/m")
 REACH = 3.0  # of the range on both sides of the value of the case
 POINTS = 9  # of the look at the range before the search
 WIDTH = 5e-4  # of the value, at which the search ends: below any error of the grid
@@ -107,11 +107,13 @@ class Question:
     case: Case  # as the file gives it
     load: Callable[[float], Case]  # the case with a value of the path, SI unit
     path: str
-    unit: str
+    unit: str  # SI
     target: Target
     low: float
     high: float
     check: Callable[[float], Refined] | None  # refines the case with a value, where it asks for a tolerance
+    shown: str = ""  # unit in which people gave the path's value or range; SI where they gave none
+    size: float = 1.0  # SI, of that unit
 
 
 def ask(
@@ -131,8 +133,10 @@ def ask(
     goal, case, key = _target(target), file.case, key_at(path)
     if key is None or not isinstance(key.kind, Dimension) or not is_quantity(path):
         raise ValueError(f"--find {path}: not a quantity of the drop; a path such as pressure.value or fabric.E is expected")
+    shown = file.unit_of(path) or key.kind.unit
     if between is not None:
         low, high = _between(between, key.kind)
+        shown = unit_of(between.split(":")[1]) or shown
     elif path == "pressure.value":
         stop = full_stop(case.cargo.mass, case.cargo.velocity, case.gravity, case.shell.height, case.shell.diameter)
         middle = stop.largest if case.pressure.law == "sine" else stop.mean
@@ -154,9 +158,9 @@ def ask(
         raise ValueError(f"--target {target}: a lumped case has no shell, and so no tensions")
     if goal.name == "peak_tension_belt" and not case.belts:
         raise ValueError(f"--target {target}: the case has no belts")
-    tolerance = case.tolerance
+    tolerance, size = case.tolerance, unit_size(shown, key.kind)
     if tolerance is None:
-        return Question(case, varied, path, key.kind.unit, goal, low, high, None)
+        return Question(case, varied, path, key.kind.unit, goal, low, high, None, shown, size)
     chosen = refine(case, tolerance, budget, report).case
 
     def load(value: float) -> Case:
@@ -165,7 +169,7 @@ def ask(
     def check(value: float) -> Refined:
         return refine(varied(value), tolerance, budget, report)
 
-    return Question(case, load, path, key.kind.unit, goal, low, high, check)
+    return Question(case, load, path, key.kind.unit, goal, low, high, check, shown, size)
 
 
 def _target(text: str) -> Target:

@@ -26,8 +26,10 @@ class Belt:
 
 _BELT = (
     Key("layers", Dimension.RATIO, "layers of the shell's fabric in a belt", "5", above=0),
-    Key("stiffness", Dimension.FORCE, "instead of layers: force per unit elongation", "1.7 kN", above=0),
-    Key("line_density", Dimension.LINE_DENSITY, "with stiffness", "4.2 g/m", above=0),
+    Key("stiffness", Dimension.FORCE, "force per unit elongation", "1.7 kN", above=0, instead="layers"),
+    Key(
+        "line_density", Dimension.LINE_DENSITY, "mass per length, unloaded; with stiffness", "4.2 g/m", above=0, instead="layers"
+    ),
     Key("width", Dimension.LENGTH, "of a belt along the generatrix", "16.667 mm", required=True, above=0),
     Key(
         "strength",

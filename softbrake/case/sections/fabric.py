@@ -34,8 +34,8 @@ class Fabric:
 
 _KEYS = (
     Key("E", Dimension.TENSION, "modulus, both ways", "20 kN/m", above=0),
-    Key("E11", Dimension.TENSION, "instead of E: along the generatrix", "20 kN/m", above=0),
-    Key("E22", Dimension.TENSION, "instead of E: around the hoop", "20 kN/m", above=0),
+    Key("E11", Dimension.TENSION, "modulus along the generatrix", "20 kN/m", above=0, instead="E"),
+    Key("E22", Dimension.TENSION, "modulus around the hoop", "20 kN/m", above=0, instead="E"),
     Key(
         "nu12",
         Dimension.RATIO,
@@ -45,11 +45,19 @@ _KEYS = (
         least=0,
         begun=True,
     ),
-    Key("nu21", Dimension.RATIO, "instead, the other way", "0.25", computed="nu12 E11/E22", least=0),
+    Key(
+        "nu21",
+        Dimension.RATIO,
+        "generatrix contraction over hoop stretch",
+        "0.25",
+        computed="nu12 E11/E22",
+        least=0,
+        instead="nu12",
+    ),
     Key("G12", Dimension.TENSION, "shear modulus", "1 kN/m", computed="5 % of E, of the smaller one", least=0),
-    Key("areal_density", Dimension.AREAL_DENSITY, "unloaded", "0.05 kg/m^2", required=True, above=0),
+    Key("areal_density", Dimension.AREAL_DENSITY, "mass per area, unloaded", "0.05 kg/m^2", required=True, above=0),
     Key("damping_ratio", Dimension.RATIO, "of critical damping of the breathing hoop", "3 %", least=0),
-    Key("viscosity", Dimension.VISCOSITY, "instead: tension per stretch rate", "0.2 N*s/m", least=0),
+    Key("viscosity", Dimension.VISCOSITY, "tension per stretch rate", "0.2 N*s/m", least=0, instead="damping_ratio"),
     Key(
         "law",
         ("tension_field", "nominal_tension", "true_tension"),
@@ -57,7 +65,7 @@ _KEYS = (
         "tension_field",
         default="tension_field",
     ),
-    Key("slack", ("cut", "compression"), "it carries nothing, or compression", "cut", default="cut"),
+    Key("slack", ("cut", "compression"), "slack fabric carries nothing, or compression", "cut", default="cut"),
     Key("strength", Dimension.TENSION, "tension that it bears, for a margin", "30 kN/m", above=0, idle=True),
 )
 

@@ -125,7 +125,7 @@ MODEL = _ModelSection(
     ModelChoice,
     (
         Key("scheme", ("edge", "cell"), "cell is (3.2) as printed", "edge", default="edge"),
-        Key("fidelity", get_args(Fidelity), "level", "auto", computed="auto, full on a grid given"),
+        Key("fidelity", get_args(Fidelity), "level of the model", "auto", computed="auto, full on a grid given"),
     ),
     optional=True,
 )

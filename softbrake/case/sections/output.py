@@ -9,6 +9,7 @@ from softbrake.case.section import Draft, Section
 from softbrake.case.units import Dimension
 
 CFC = (60, 180, 600, 1000)  # channel frequency classes of SAE J211
+CFC_DEFAULT = 180
 PICTURES = 150  # of the whole shell in a run, by default
 
 
@@ -33,7 +34,7 @@ OUTPUT = _OutputSection(
     (
         Key("snapshot_interval", Dimension.TIME, "between pictures of the shell", "2 ms", computed="time.end/150", above=0),
         Key("history_interval", int, "steps between rows of the history", "1", default=1, least=1),
-        Key("cfc", CFC, "channel frequency class (SAE J211) of filtered peaks", "180", default=180),
+        Key("cfc", CFC, "channel frequency class (SAE J211) of filtered peaks", "180", default=CFC_DEFAULT),
     ),
     optional=True,
 )

@@ -5,7 +5,7 @@ from __future__ import annotations
 from softbrake.case.checker import Values
 from softbrake.case.keys import Key
 from softbrake.case.section import Draft, Section
-from softbrake.case.units import Dimension
+from softbrake.case.units import STANDARD_GRAVITY, Dimension
 
 AUTO_TOLERANCE = 0.02  # that fidelity: auto aims at
 
@@ -31,7 +31,7 @@ TOP = _Top(
     dict,
     (
         Key("title", str, "heads the results", "My drop", computed="name of the file", begun=True),
-        Key("gravity", Dimension.ACCELERATION, "downwards", "9.80665 m/s^2", default=9.80665, least=0, begun=True),
+        Key("gravity", Dimension.ACCELERATION, "downwards", "9.80665 m/s^2", default=STANDARD_GRAVITY, least=0, begun=True),
         Key(
             "tolerance",
             Dimension.RATIO,

@@ -11,7 +11,7 @@ from softbrake.core.pressure import update_pressure
 STEPS_PER_STEP_CHOICE = 16  # most; a choice costs a third of a step, 0.7 of one of the axisymmetric shell
 STEADY = 0.99  # a limit that has fallen to less of the last one is looked at more often
 LENGTHENED = 1.2  # a step becomes longer by no less
-FILTER_TIME = 1.6e-4  # s, time constant of the low-pass before the peak deceleration: 1 kHz, as of channel class 600 of ISO 6487
+FILTER_TIME = 1.6e-4  # s, time constant of the one-way low-pass before the peak deceleration: 1 kHz, and no channel class
 RUNAWAY = 4.0  # kinetic energy above this many times what start, gravity and pressure gave: it came from nowhere
 MADE = 0.25  # the same of what fabric, belts or viscosity gave beyond what they had
 

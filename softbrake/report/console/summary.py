@@ -5,12 +5,22 @@ from __future__ import annotations
 from dataclasses import asdict
 
 from rich.console import Console
-from rich.table import Table
 
-from softbrake.report.console.tables import plain, quantities
-from softbrake.report.console.trials import trials_table
-from softbrake.report.words import SHOWN, STANDARD_GRAVITY, TENSIONS, disturbed_in_words, made_in_words, outcome_in_words
+from softbrake.case.units import STANDARD_GRAVITY
+from softbrake.report.console.tables import Column, plain, print_columns, print_quantities
+from softbrake.report.console.trials import print_trials
+from softbrake.report.words import (
+    SHOWN,
+    TENSIONS,
+    disturbed_in_words,
+    made_in_words,
+    margin_in_words,
+    outcome_in_words,
+    when_in_words,
+)
 from softbrake.sim.summary import PeakValue, Sensitivities, Summary, contact_in_words
+
+Line = tuple[str, ...]  # name, value, unit, note, as far as there are
 
 
 def print_summary(summary: Summary, tension_scale: float | None = None, console: Console | None = None) -> None:
@@ -21,15 +31,15 @@ def print_summary(summary: Summary, tension_scale: float | None = None, console:
     console = console or plain()
     console.print(summary.title, style="bold", soft_wrap=True, markup=False, highlight=False)
     console.print(outcome_in_words(summary), markup=False, highlight=False)
-    for table in (_motion(summary), _tensions(summary, tension_scale), _work(summary)):
-        console.print()
-        console.print(table)
+    console.print()
+    tables = [_motion(summary), _tensions(summary, tension_scale), _work(summary)]
+    print_quantities(console, *filter(None, tables))
     console.print()
     if summary.trials:
-        console.print(trials_table(summary.trials))
+        print_trials(summary.trials, console)
         console.print()
     if summary.sensitivity is not None:
-        console.print(_sensitivity(summary.sensitivity))
+        _print_sensitivity(summary.sensitivity, console)
         if any(row.changes[name] is None for row in summary.sensitivity.inputs for name in summary.sensitivity.errors):
             console.print("–: no answer at 0.2 % more or less, as the cargo stops or the run fails")
         for path, fault in summary.sensitivity.left_out.items():
@@ -52,32 +62,34 @@ def print_summary(summary: Summary, tension_scale: float | None = None, console:
         console.print(f"results in {summary.results}", soft_wrap=True, markup=False, highlight=False)
 
 
-def _motion(summary: Summary) -> Table:
-    table = quantities()
+def _motion(summary: Summary) -> list[Line]:
+    table: list[Line] = []
     if summary.impact_velocity is not None or summary.impact_velocity_error is not None:
         bar = "" if summary.impact_velocity_error is None else f"± {summary.impact_velocity_error:.2g} m/s"
         when = "" if summary.impact_time is None else f"at {summary.impact_time:.5f} s"
-        table.add_row("impact velocity", f"{summary.impact_velocity or 0.0:.5f}", "m/s", ", ".join(filter(None, (bar, when))))
+        table.append(("impact velocity", f"{summary.impact_velocity or 0.0:.5f}", "m/s", ", ".join(filter(None, (bar, when)))))
     if (found := summary.ensemble) is not None:
-        table.add_row(
-            f"  of {found.members} drops", f"{found.least:.5f}", "m/s", f"to {found.most:.5f} m/s, {disturbed_in_words(found)}"
+        table.append(
+            (f"  of {found.members} drops", f"{found.least:.5f}", "m/s", f"to {found.most:.5f} m/s, {disturbed_in_words(found)}")
         )
-    table.add_row("free-fall velocity", f"{summary.free_fall_velocity:.5f}", "m/s", "over the shell's height")
+    table.append(("free-fall velocity", f"{summary.free_fall_velocity:.5f}", "m/s", "over the shell's height"))
     if summary.velocity_reduction is not None:
         share = summary.velocity_reduction / summary.free_fall_velocity if summary.free_fall_velocity else 0.0
-        table.add_row("reduction", f"{summary.velocity_reduction:.5f}", "m/s", f"{share:.1%} of free fall")
+        table.append(("reduction", f"{summary.velocity_reduction:.5f}", "m/s", f"{share:.1%} of free fall"))
     peak = summary.peak_deceleration
-    when = f", {_when(summary.peaks['peak_deceleration'])}" if "peak_deceleration" in summary.peaks else ""
+    notes = [f"{peak / STANDARD_GRAVITY:.2f} g net"]
+    if (found_peak := summary.peaks.get("peak_deceleration")) is not None:
+        notes.append(when_in_words(found_peak, mean=summary.ensemble))
     bar = ("doubtful, " if summary.doubt is not None else "") + _bar(summary, "peak_deceleration", 1.0)
-    table.add_row("peak deceleration, 1 kHz", f"{peak:.2f}", "m/s^2", f"{bar}{peak / STANDARD_GRAVITY:.2f} g net{when}")
+    table.append(("peak deceleration, 1 kHz", f"{peak:.2f}", "m/s^2", bar + ", ".join(filter(None, notes))))
     _add_other_peaks(table, summary, "peak_deceleration", 2, 1.0, "m/s^2")
     if summary.filtered is not None and summary.filtered.fault is not None:
-        table.add_row(f"  CFC {summary.filtered.cfc}", "–", "", summary.filtered.fault)
+        table.append((f"  CFC {summary.filtered.cfc}", "–", "", summary.filtered.fault))
     return table
 
 
-def _tensions(summary: Summary, scale: float | None) -> Table:
-    table = quantities()
+def _tensions(summary: Summary, scale: float | None) -> list[Line]:
+    table: list[Line] = []
     for tension in TENSIONS:
         name = f"peak_tension_{tension}"
         value: float | None = getattr(summary, name)
@@ -87,30 +99,35 @@ def _tensions(summary: Summary, scale: float | None) -> Table:
         if scale is not None:
             notes.append(f"{value / scale:.3f} T0/L")
         if (peak := summary.peaks.get(name)) is not None:
-            notes.append(_when(peak))
-        table.add_row(f"peak tension, {tension}", f"{value / 1e3:.3f}", "kN/m", _bar(summary, name, 1e-3) + ", ".join(notes))
+            notes.append(when_in_words(peak, mean=summary.ensemble))
+        table.append(
+            (f"peak tension, {tension}", f"{value / 1e3:.3f}", "kN/m", _bar(summary, name, 1e-3) + ", ".join(filter(None, notes)))
+        )
         _add_other_peaks(table, summary, name, 3, 1e-3, "kN/m")
     for name, margin in (("fabric", summary.fabric_margin), ("belts", summary.belt_margin)):
         if margin is not None:
             word = "of strength over peak tension" if margin >= 0.0 else "the strength is EXCEEDED"
-            table.add_row(f"margin, {name}", f"{margin:+.1%}", "", word)
+            table.append((f"margin, {name}", margin_in_words(margin, 1), "", word))
     return table
 
 
-def _add_other_peaks(table: Table, summary: Summary, name: str, digits: int, scale: float, unit: str) -> None:
+def _add_other_peaks(table: list[Line], summary: Summary, name: str, digits: int, scale: float, unit: str) -> None:
     """Rows for a peak in the other phase and behind the filter, as far as there are; scale: of the SI value."""
-    found = summary.peaks.get(name)
+    found, mean = summary.peaks.get(name), summary.ensemble
     filtered: PeakValue | None = None if summary.filtered is None else getattr(summary.filtered, name)
     if found is not None and found.other is not None:
-        table.add_row(f"  {found.other.phase}", f"{found.other.value * scale:.{digits}f}", unit, _when(found.other, phase=False))
+        table.append(
+            (
+                f"  {found.other.phase}",
+                f"{found.other.value * scale:.{digits}f}",
+                unit,
+                when_in_words(found.other, mean=mean, phase=False),
+            )
+        )
     if summary.filtered is not None and filtered is not None:
-        table.add_row(f"  CFC {summary.filtered.cfc}", f"{filtered.value * scale:.{digits}f}", unit, _when(filtered))
-
-
-def _when(peak: PeakValue, phase: bool = True) -> str:
-    """Time of a peak, its height on the shell, and its phase if that is asked for."""
-    height = "" if peak.height is None else f", {peak.height:.3f} m up"
-    return f"at {peak.time:.5f} s{height}" + (f", {peak.phase}" if phase and peak.phase is not None else "")
+        table.append(
+            (f"  CFC {summary.filtered.cfc}", f"{filtered.value * scale:.{digits}f}", unit, when_in_words(filtered, mean=mean))
+        )
 
 
 def _bar(summary: Summary, name: str, unit: float) -> str:
@@ -122,37 +139,35 @@ def _bar(summary: Summary, name: str, unit: float) -> str:
     return "± no bound, " if error is None else f"± {error * unit:.2g}, "
 
 
-def _work(summary: Summary) -> Table:
-    table = quantities()
+def _work(summary: Summary) -> list[Line]:
+    table: list[Line] = []
     for name, value in asdict(summary.work).items():
-        table.add_row(f"work, {name}", f"{value:.3f}", "J")
+        table.append((f"work, {name}", f"{value:.3f}", "J"))
     if summary.missed_collisions:
         depth = f"of folds, to {100.0 * summary.largest_penetration:.2g}% of a cell"
-        table.add_row("missed collisions", str(summary.missed_collisions), "", depth)
-    table.add_row("energy residual", f"{summary.energy_error:.2e}", "", "of the initial energy")
+        table.append(("missed collisions", str(summary.missed_collisions), "", depth))
+    table.append(("energy residual", f"{summary.energy_error:.2e}", "", "of the initial energy"))
     if made_in_words(summary) == "none":
-        table.add_row("energy from nowhere", "none")
+        table.append(("energy from nowhere", "none"))
     for name, made in summary.energy_made.items():
         if made >= SHOWN:
-            table.add_row(f"energy made by {name}", f"{100 * made:.2g} %", "", "of the initial energy, from nowhere")
+            table.append((f"energy made by {name}", f"{100 * made:.2g} %", "", "of the initial energy, from nowhere"))
     return table
 
 
-def _sensitivity(found: Sensitivities) -> Table:
+def _print_sensitivity(found: Sensitivities, console: Console) -> None:
     """Change in % of the answers per 1 % of each input."""
-    table = Table(box=None, padding=(0, 1, 0, 0), show_edge=False, header_style="")
-    table.add_column("% per 1 % of", overflow="fold")
-    columns = {"impact_velocity": "impact", "peak_deceleration": "peak g"}
-    columns |= {f"peak_tension_{tension}": f"T {tension}" for tension in TENSIONS}
-    columns = {name: head for name, head in columns.items() if name in found.errors}
-    for head in columns.values():
-        table.add_column(head, justify="right")
-    for row in found.inputs:
-        table.add_row(row.path, *("–" if row.changes[name] is None else f"{row.changes[name]:+.2f}" for name in columns))
-    table.add_row("standard error", *(f"{found.errors[name]:.2g}" for name in columns))
-    table.add_row("off straight lines, %", *(f"{100 * found.noise[name]:.2g}" for name in columns))
-    table.add_row("steps up to, %", *(f"{100 * found.steps[name]:g}" for name in columns))
-    return table
+    heads = {"impact_velocity": "impact", "peak_deceleration": "1 kHz peak"} | {f"peak_tension_{part}": part for part in TENSIONS}
+    names = [name for name in heads if name in found.errors]
+    rows = [
+        [row.path, *("–" if (change := row.changes[name]) is None else f"{change:+.2f}" for name in names)]
+        for row in found.inputs
+    ]
+    rows.append(["standard error", *(f"{found.errors[name]:.2g}" for name in names)])
+    rows.append(["off straight lines, %", *(f"{100 * found.noise[name]:.2g}" for name in names)])
+    rows.append(["steps up to, %", *(f"{100 * found.steps[name]:g}" for name in names)])
+    columns = [Column("% per 1 % of", right=False, breaks=True), *(Column(heads[name]) for name in names)]
+    print_columns(console, columns, rows, gap=1)
 
 
 def print_unfinished(row: dict[str, float]) -> None:
@@ -162,7 +177,4 @@ def print_unfinished(row: dict[str, float]) -> None:
     console = plain()
     last = "Last recorded row:" if row else "No row was recorded."
     console.print(f"The run did not finish: the file has no summary. {last}")
-    table = quantities()
-    for name, value in row.items():
-        table.add_row(name, f"{value:.4g}", History[name.upper()].unit)
-    console.print(table)
+    print_quantities(console, [(name, f"{value:.4g}", History[name.upper()].unit) for name, value in row.items()])

@@ -5,32 +5,32 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from rich.console import Console
-from rich.table import Table
 
-from softbrake.report.console.tables import plain
+from softbrake.case.units import STANDARD_GRAVITY
+from softbrake.report.console.tables import Column, plain, print_columns
 from softbrake.report.results_csv import PEAKS, RESULTS, Row, failures
-from softbrake.report.words import STANDARD_GRAVITY
+from softbrake.report.words import TENSIONS
 from softbrake.studies.sweep import Plan
 
 MOST_LINES = 24
+ANSWERS = (
+    Column("outcome", right=False),
+    *map(Column, ("impact\n\nm/s", "peak\n1 kHz\ng", *(f"tension\n{part}\nkN/m" for part in TENSIONS))),
+)
 
 
 def print_table(plan: Plan, table: Sequence[Row], console: Console | None = None) -> None:
     """Print axes and answers, of many runs some that are evenly spaced, and all failures."""
-    console = console or plain()
-    lines = Table(box=None, padding=(0, 2, 0, 0), show_edge=False, header_style="")
-    for axis in plan.axes:
-        lines.add_column(f"{axis.path}\n{axis.unit}", justify="right")
-    for head in ("outcome\n", "impact\nm/s", "peak\ng", "T11\nkN/m", "T22\nkN/m", "belt\nkN/m"):
-        lines.add_column(head, justify="left" if head == "outcome\n" else "right")
+    console = console or plain(wide=True)
     shown = range(len(table))
     if len(table) > MOST_LINES:
         shown = sorted({round(k * (len(table) - 1) / (MOST_LINES - 1)) for k in range(MOST_LINES)})  # type: ignore[assignment]
-    for number in shown:
-        row = table[number]
-        values = [row[axis.path] for axis in plan.axes]
-        lines.add_row(*(f"{v:.6g}" if isinstance(v, float) else str(v) for v in values), *_answers(row))
-    console.print(lines)
+    axes = [Column(f"{axis.path}\n\n{axis.shown}") for axis in plan.axes]
+    lines = [[*(axis.written(table[k][axis.path]) for axis in plan.axes), *_answers(table[k])] for k in shown]
+    outcome, impact, *others = range(len(axes), len(axes) + len(ANSWERS))
+    first, *rest = range(len(axes))
+    order = [first, impact, outcome, *rest, *others]
+    print_columns(console, [*axes, *ANSWERS], lines, order=order)
     if len(shown) < len(table):
         console.print(f"{len(shown)} of {len(table)} runs; all are in {RESULTS}")
     faults = failures(table)

@@ -6,8 +6,9 @@ import math
 import sys
 from collections.abc import Sequence
 
-from rich.table import Table
+from rich.console import Console
 
+from softbrake.report.console.tables import Column, print_columns
 from softbrake.sim.summary import Trial
 
 
@@ -17,14 +18,14 @@ def print_trial(trial: Trial) -> None:
     print(f"{level} {grid}: {value} m/s, error {error}, {seconds} s: {verdict}", file=sys.stderr, flush=True)
 
 
-def trials_table(trials: Sequence[Trial]) -> Table:
+def print_trials(trials: Sequence[Trial], console: Console) -> None:
     """All that was tried, in the order of the trials."""
-    table = Table(box=None, padding=(0, 1, 0, 0), show_edge=False, header_style="")
-    for name in ("level", "grid", "m/s", "error", "s", ""):
-        table.add_column(name, justify="left" if name in ("level", "") else "right", overflow="fold")
-    for trial in trials:
-        table.add_row(*_trial(trial))
-    return table
+    columns = [
+        Column("level", right=False),
+        *map(Column, ("grid", "m/s", "error", "s")),
+        Column("verdict", right=False, breaks=True),
+    ]
+    print_columns(console, columns, [_trial(trial) for trial in trials], gap=1, order=(0, 1, 2, 3, 5, 4))
 
 
 def _trial(trial: Trial) -> tuple[str, ...]:

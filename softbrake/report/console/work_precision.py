@@ -7,9 +7,9 @@ import shlex
 from typing import TYPE_CHECKING
 
 from rich.console import Console
-from rich.table import Table
 
-from softbrake.report.console.tables import plain
+from softbrake.report.console.tables import Column, plain, print_columns, print_quantities
+from softbrake.report.words import named
 
 if TYPE_CHECKING:
     from softbrake.studies.work_precision import WorkPrecision
@@ -27,25 +27,25 @@ def print_work_precision(found: WorkPrecision, command: str, console: Console | 
         console.print(f"Interrupted after {len(found.runs)} runs: what is recommended may change.")
     console.print(f"Reference: {reference.basis}.")
     console.print()
-    table = Table.grid(padding=(0, 2, 0, 0))
-    for name, value in reference.values.items():
-        table.add_row(name.replace("_", " "), f"{value:.5g} {UNITS[name]}", f"± {_percent(reference.error(name))}")
-    console.print(table)
+    values = [
+        (named(name), f"{value:.5g}", UNITS[name], f"± {_percent(reference.error(name))}")
+        for name, value in reference.values.items()
+    ]
+    print_quantities(console, values)
     console.print()
-    table = Table(box=None, padding=(0, 2, 0, 0), show_edge=False, header_style="")
-    for head in ("within", "choose", "error", "CPU s"):
-        table.add_column(head, justify="left" if head == "choose" else "right", overflow="fold")
+    rows: list[tuple[str, ...]] = []
     for name in reference.values:
-        table.add_row("", name.replace("_", " "), "", "", style="bold")
+        rows.append(("", named(name), "", ""))
         for tolerance in TOLERANCES:
             run = found.recommended(name, tolerance)
             if run is None:
-                table.add_row(f"{100 * tolerance:g} %", _why_none(reference.error(name), tolerance), "", "")
+                rows.append((f"{100 * tolerance:g} %", _why_none(reference.error(name), tolerance), "", ""))
             else:
                 error = max(found.error(run, name), reference.error(name))
                 below = "< " if found.error(run, name) < reference.error(name) else ""
-                table.add_row(f"{100 * tolerance:g} %", str(run.setting), below + _percent(error), f"{run.seconds:.2g}")
-    console.print(table)
+                rows.append((f"{100 * tolerance:g} %", str(run.setting), below + _percent(error), f"{run.seconds:.2g}"))
+    choose = Column("choose", right=False, breaks=True)
+    print_columns(console, (Column("within"), choose, Column("error"), Column("CPU s")), rows)
     for head, lines in (("failed", found.failures()), ("left out", found.omissions())):
         if lines:
             console.print(f"\n{head}")
@@ -56,7 +56,7 @@ def print_work_precision(found: WorkPrecision, command: str, console: Console | 
     if chosen and found.case.tolerance is None:
         tolerance, run = chosen[-1]
         sets = " ".join(f"--set {shlex.quote(text)}" for text in run.setting.overrides(found.case))
-        console.print(f"\nFor {100 * tolerance:g} % of the {first.replace('_', ' ')}:")
+        console.print(f"\nFor {100 * tolerance:g} % of the {named(first)}:")
         console.print(f"  {command} {sets}", soft_wrap=True)
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import Any
 
 from softbrake.case.case import key_at
@@ -20,6 +21,8 @@ def case_table(case: dict[str, Any]) -> str:
         values = value if isinstance(value, list) else [value]
         shown = ", ".join(f"{one:.6g}" if isinstance(one, float) else str(one) for one in values)
         rows.append([path, f"{shown} {unit}".strip(), key.meaning if key is not None else ""])
+        if path == "fabric.viscosity" and (ratio := _damping_ratio(case)) is not None:
+            rows.append(["fabric.damping_ratio", f"{100 * ratio:.3g} %", "that gives this viscosity"])
 
     for name, value in case.items():
         if isinstance(value, dict):
@@ -29,8 +32,28 @@ def case_table(case: dict[str, Any]) -> str:
             for number, belt in enumerate(value):
                 for key, inner in belt.items():
                     add(f"belts.{number}.{key}", inner)
+                if (layers := _layers(case, belt)) is not None:
+                    rows.append([f"belts.{number}.layers", f"{layers:.6g}", "of fabric, with this stiffness and line density"])
         elif name == "contact":
             rows.append(["contact", ", ".join(value) or "none", f"what stops the fabric, of {', '.join(PARTS)}"])
         elif name != "title":
             add(name, value)
     return table(("", "", ""), rows)
+
+
+def _layers(case: dict[str, Any], belt: dict[str, Any]) -> float | None:
+    """Layers of fabric that make a belt; None where its stiffness and its mass are not those of one number of layers."""
+    fabric = case.get("fabric", {})
+    if not {"E22", "areal_density"} <= fabric.keys():
+        return None
+    layers: float = belt["stiffness"] / (fabric["E22"] * belt["width"])
+    return layers if math.isclose(belt["line_density"], layers * fabric["areal_density"] * belt["width"], rel_tol=1e-9) else None
+
+
+def _damping_ratio(case: dict[str, Any]) -> float | None:
+    """Viscosity over that which damps the breathing hoop critically."""
+    fabric = case["fabric"]
+    if not {"E22", "areal_density", "nu12", "nu21", "viscosity"} <= fabric.keys() or "diameter" not in case.get("shell", {}):
+        return None
+    stiffness = fabric["areal_density"] * fabric["E22"] / (1 - fabric["nu12"] * fabric["nu21"])
+    return float(fabric["viscosity"] / (case["shell"]["diameter"] * math.sqrt(stiffness)))

@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Sequence
 from html import escape
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 from softbrake import __version__
 from softbrake.report.plots import panels
@@ -51,6 +51,25 @@ def page(title: str, parts: Sequence[str], source: str) -> str:
         f'<!doctype html>\n<html lang="en"><head>{head}<title>{escape(title)}</title><style>{STYLE}</style></head>\n'
         f"<body>\n{body}\n</body></html>\n"
     )
+
+
+class Card(NamedTuple):
+    """One answer: its name, its value with unit, and notes on it."""
+
+    name: str
+    value: str
+    notes: Sequence[str] = ()
+    bad: bool = False
+
+
+def answers(cards: Sequence[Card]) -> str:
+    """Cards side by side."""
+    body = "".join(
+        f"<div{' class=bad' if card.bad else ''}><span>{escape(card.name)}</span><b>{escape(card.value)}</b>"
+        f"<span>{escape('; '.join(filter(None, card.notes)))}</span></div>"
+        for card in cards
+    )
+    return f'<div class="answers">{body}</div>'
 
 
 def table(head: Sequence[str], rows: Sequence[Sequence[str]], numbers: int = 0) -> str:

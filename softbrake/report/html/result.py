@@ -8,18 +8,30 @@ from html import escape
 from pathlib import Path
 from typing import Any
 
+from softbrake.case.units import STANDARD_GRAVITY
 from softbrake.report.html.case import case_table
-from softbrake.report.html.frame import figures, page, table
+from softbrake.report.html.frame import Card, answers, figures, page, table
+from softbrake.report.html.inflation import inflation_page
 from softbrake.report.plots.page import drop_charts, shapes
-from softbrake.report.words import STANDARD_GRAVITY, TENSIONS, disturbed_in_words, made_in_words, outcome_in_words
-from softbrake.sim.result_file import ResultError, read_case, read_history, read_snapshots, read_summary
+from softbrake.report.words import (
+    TENSIONS,
+    disturbed_in_words,
+    made_in_words,
+    margin_in_words,
+    named,
+    outcome_in_words,
+    when_in_words,
+)
+from softbrake.sim.result_file import ResultError, read_case, read_history, read_inflation, read_snapshots, read_summary
 from softbrake.sim.summary import Sensitivities, Summary
 
 MOMENTS = 8
 
 
 def result_page(path: Path | str) -> str:
-    """The page on a result file. Raises ResultError and PlotError."""
+    """The page on a result file, of a drop or of an inflation. Raises ResultError and PlotError."""
+    if (inflation := read_inflation(path)) is not None:
+        return inflation_page(path, inflation)
     case, history, summary, shots = read_case(path), read_history(path), read_summary(path), read_snapshots(path)
     if len(history) == 0 or len(shots.times) == 0:
         raise ResultError(f"{path}: the run stopped before it recorded anything")
@@ -42,65 +54,73 @@ def result_page(path: Path | str) -> str:
 
 def _answers(case: dict[str, Any], summary: Summary) -> str:
     """The numbers a designer asks for, each with its error and its margin."""
-    errors = summary.peak_errors or {}
-
-    def bar(error: float | None, scale: float) -> str:
-        return "" if error is None else f" ± {error * scale:.2g}"
-
-    def peak_bar(name: str, scale: float) -> str:
-        return " ± no bound," if name in errors and errors[name] is None else bar(errors.get(name), scale)
-
-    cards: list[tuple[str, str, str, bool]] = []
-    if summary.impact_velocity is not None:
-        value = f"{summary.impact_velocity:.3f}{bar(summary.impact_velocity_error, 1.0)} m/s"
-        notes = [f"free fall {summary.free_fall_velocity:.3f} m/s"]
-        if (found := summary.ensemble) is not None:
-            notes.append(f"{found.members} drops, {found.least:.3f} to {found.most:.3f} m/s, {disturbed_in_words(found)}")
-        cards.append(("impact velocity", value, "; ".join(notes), False))
-    else:
-        cards.append(("lowest height", f"{summary.minimum_height:.4g} m", "no impact", False))
-    peak = f"{summary.peak_deceleration / STANDARD_GRAVITY:.2f}{peak_bar('peak_deceleration', 1 / STANDARD_GRAVITY)} g"
-    notes = ["net of gravity", *_notes(summary, "peak_deceleration", 1 / STANDARD_GRAVITY, "g")]
-    if summary.filtered is not None and summary.filtered.fault is not None:
-        notes.append(f"CFC {summary.filtered.cfc}: none, {summary.filtered.fault}")
-    cards.append(("peak deceleration, 1 kHz", peak, "; ".join(notes), False))
+    cards = [_fall(summary), _braking(case, summary)]
     for tension in TENSIONS:
         name = f"peak_tension_{tension}"
-        if (value_of := getattr(summary, name)) is not None:
-            value = f"{value_of / 1e3:.2f}{peak_bar(name, 1e-3)} kN/m"
-            cards.append((f"peak tension, {tension}", value, "; ".join(_notes(summary, name, 1e-3, "kN/m")), False))
+        if (value := getattr(summary, name)) is not None:
+            shown = f"{value / 1e3:.2f}{_bar(summary, name, 1e-3)} kN/m"
+            cards.append(Card(f"peak tension, {tension}", shown, _notes(summary, name, 1e-3, "kN/m")))
     for name, margin in (("fabric", summary.fabric_margin), ("belts", summary.belt_margin)):
         if margin is not None:
             note = "of strength over peak tension" if margin >= 0.0 else "the strength is exceeded"
-            cards.append((f"margin, {name}", f"{margin:+.0%}", note, margin < 0.0))
-    cards.append(
-        ("stroke", f"{case['shell']['height'] - summary.minimum_height:.4g} m", f"of {case['shell']['height']:g} m", False)
-    )
-    body = "".join(
-        f"<div{' class=bad' if bad else ''}><span>{escape(name)}</span><b>{escape(value)}</b><span>{escape(note)}</span></div>"
-        for name, value, note, bad in cards
-    )
+            cards.append(Card(f"margin, {name}", margin_in_words(margin), [note], margin < 0.0))
+    height = case["shell"]["height"]
+    cards.append(Card("stroke", f"{height - summary.minimum_height:.4g} m", [f"of {height:g} m"]))
     reason = "no error bar was asked for" if summary.fidelity_reason is None else f"error bars: {summary.fidelity_reason}"
     doubt = "" if summary.doubt is None else f'<p class="bad">{escape(summary.doubt)}</p>'
-    return f'{doubt}<div class="answers">{body}</div><p class="note">{escape(reason)}</p>'
+    return f'{doubt}{answers(cards)}<p class="note">{escape(reason)}</p>'
 
 
-def _notes(summary: Summary, name: str, scale: float, unit: str) -> list[str]:
+def _fall(summary: Summary) -> Card:
+    """Impact velocity, or how low the cover came."""
+    if summary.impact_velocity is None:
+        return Card("lowest height", f"{summary.minimum_height:.4g} m", ["no impact"])
+    error = "" if summary.impact_velocity_error is None else f" ± {summary.impact_velocity_error:.2g}"
+    notes = [f"free fall {summary.free_fall_velocity:.3f} m/s"]
+    if (found := summary.ensemble) is not None:
+        notes.append(f"{found.members} drops, {found.least:.3f} to {found.most:.3f} m/s, {disturbed_in_words(found)}")
+    return Card("impact velocity", f"{summary.impact_velocity:.3f}{error} m/s", notes)
+
+
+def _braking(case: dict[str, Any], summary: Summary) -> Card:
+    """The peak of the curve on the page: behind the channel class, or where the rows do not allow that the 1 kHz one."""
+    name, scale, filtered = "peak_deceleration", 1.0 / STANDARD_GRAVITY, summary.filtered
+    gravity = case["gravity"] * scale
+    notes = [f"net of gravity: an accelerometer reads {gravity:.3g} g more"]
+    plain = f"{summary.peak_deceleration * scale:.2f}{_bar(summary, name, scale)} g"
+    if filtered is not None and (peak := filtered.peak_deceleration) is not None:
+        notes += [when_in_words(peak, 1e3, summary.ensemble), f"behind a one-way low-pass of 1 kHz {plain}"]
+        notes += _notes(summary, name, scale, "g", filtered=False)
+        return Card(f"peak deceleration, CFC {filtered.cfc}", f"{peak.value * scale:.2f} g", notes)
+    if filtered is not None and filtered.fault is not None:
+        notes.append(f"CFC {filtered.cfc}: none, {filtered.fault}")
+    return Card("peak deceleration, 1 kHz", plain, [*notes, *_notes(summary, name, scale, "g")])
+
+
+def _bar(summary: Summary, name: str, scale: float) -> str:
+    """Estimated error of a peak; empty where there is none, or none that is bounded. scale: of the SI value."""
+    error = (summary.peak_errors or {}).get(name)
+    return "" if error is None else f" ± {error * scale:.2g}"
+
+
+def _notes(summary: Summary, name: str, scale: float, unit: str, filtered: bool = True) -> list[str]:
     """When, where and in which phase a peak is, its value in the other phase and behind the filter; scale: of the SI value."""
     peak, notes = summary.peaks.get(name), []
+    errors = summary.peak_errors or {}
+    if name in errors and errors[name] is None:
+        notes.append("its error has no bound")
     if peak is not None:
-        height = "" if peak.height is None else f", {peak.height:.3g} m up the shell"
-        notes.append(f"at {peak.time * 1e3:.4g} ms{height}" + ("" if peak.phase is None else f", {peak.phase}"))
+        notes.append(when_in_words(peak, 1e3, summary.ensemble))
         if peak.other is not None:
             notes.append(f"{peak.other.phase}: {peak.other.value * scale:.2f} {unit}")
-    if summary.filtered is not None and (behind := getattr(summary.filtered, name)) is not None:
+    if filtered and summary.filtered is not None and (behind := getattr(summary.filtered, name)) is not None:
         notes.append(f"CFC {summary.filtered.cfc}: {behind.value * scale:.2f} {unit}, {behind.phase}")
     return notes
 
 
 def _sensitivity(found: Sensitivities) -> str:
     names = [name for name in found.errors if name in found.noise]
-    head = ["% per 1 % of", *(name.replace("_", " ") for name in names)]
+    head = ["% per 1 % of", *map(named, names)]
     rows = [
         [row.path, *("–" if (change := row.changes[name]) is None else f"{change:+.2f}" for name in names)]
         for row in found.inputs

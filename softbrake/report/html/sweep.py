@@ -6,6 +6,7 @@ import csv
 import json
 import math
 from collections.abc import Sequence
+from contextlib import suppress
 from html import escape
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -13,12 +14,17 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from softbrake.case.units import STANDARD_GRAVITY
 from softbrake.report.html.case import case_table
 from softbrake.report.html.frame import figures, page, table
-from softbrake.report.plots.page import sweep_chart
+from softbrake.report.plots.page import map_chart, sweep_chart
+from softbrake.report.plots.sweep import Scale, spread
 from softbrake.report.results_csv import RESULTS, UNITS
-from softbrake.report.words import STANDARD_GRAVITY, TENSIONS
+from softbrake.report.words import TENSIONS
 from softbrake.sim.result_file import ResultError
+from softbrake.studies.axes import Axis
+
+MOST_DOTS_ON_CURVE = 40
 
 
 class Answer(NamedTuple):
@@ -32,7 +38,7 @@ class Answer(NamedTuple):
 
 ANSWERS = (
     Answer("impact_velocity", "impact velocity", "m/s", 1.0),
-    Answer("peak_deceleration", "peak deceleration", "g", 1 / STANDARD_GRAVITY),
+    Answer("peak_deceleration", "peak deceleration, 1 kHz", "g", 1 / STANDARD_GRAVITY),
     *(Answer(f"peak_tension_{tension}", f"peak tension, {tension}", "kN/m", 1e-3) for tension in TENSIONS),
     Answer("fabric_margin", "margin, fabric", "%", 100.0),
     Answer("belt_margin", "margin, belts", "%", 100.0),
@@ -51,18 +57,20 @@ def sweep_page(folder: Path | str) -> str:
         with open(folder / UNITS, encoding="utf-8", newline="") as file:
             units = next(csv.DictReader(file))
         names = list(rows[0])
-        axes = names[names.index("id") + 1 : names.index("outcome")]
+        paths = names[names.index("id") + 1 : names.index("outcome")]
+        kept = {axis[0]: Axis(*axis) for axis in plan.get("axes", ())}
+        axes = [kept.get(path, Axis(path, units[path])) for path in paths]
         failed = [row for row in rows if row["fault"]]
     except OSError as error:
         raise ResultError(f"{error.filename}: {error.strerror}; the folder of a finished sweep is expected") from error
-    except (ValueError, KeyError, IndexError, StopIteration) as error:
+    except (ValueError, KeyError, IndexError, StopIteration, TypeError) as error:
         raise ResultError(f"{folder}: not the results of a sweep, or incomplete ones") from error
-    parts = [f"<h1>{escape(title)}</h1>", f"<p>{len(rows)} runs over {escape(', '.join(axes))}</p>"]
+    parts = [f"<h1>{escape(title)}</h1>", f"<p>{len(rows)} runs over {escape(', '.join(paths))}</p>"]
     if failed:
         parts.append(f"<p><b>{len(failed)} of them have no answer.</b></p>")
-    if charts := _charts(rows, axes, units):
+    if charts := _charts(rows, axes):
         parts += ["<h2>Answers</h2>", charts]
-    parts += ["<h2>Runs</h2>", _runs(rows, axes, units)]
+    parts += ["<h2>Runs</h2>", _runs(rows, axes)]
     if failed:
         parts += ["<h2>Runs without an answer</h2>", table(("run", "why"), [(row["run"], row["fault"]) for row in failed])]
     parts += ["<h2>Case</h2>", "<p>Of the first run.</p>", case_table(case)]
@@ -82,36 +90,38 @@ def _column(rows: Sequence[dict[str, str]], name: str, scale: float) -> NDArray[
     return scale * np.array([number(row) for row in rows])
 
 
-def _charts(rows: Sequence[dict[str, str]], axes: Sequence[str], units: dict[str, str]) -> str:
-    """Answers over each axis of numbers, a curve where it is the only one, else a dot a run; empty without such an axis."""
-    drawn = []
+def _charts(rows: Sequence[dict[str, str]], axes: Sequence[Axis]) -> str:
+    """Answers over one axis as curves, over the plane of two as maps, else a dot a run over each; empty without numbers."""
+    scales = []
     for axis in axes:
-        try:
-            x = np.array([float(row[axis]) for row in rows])
-        except ValueError:  # words
-            continue
-        unit = units[axis]
-        if unit in ("Pa", "N/m", "N") and np.abs(x).max() >= 1e3:
-            x, unit = 1e-3 * x, f"k{unit}"
-        label = f"{axis}, {unit}" if unit else axis
-        for answer in ANSWERS:
-            y = _column(rows, answer.column, answer.scale)
-            if np.isfinite(y).any():
-                alone = len(axes) == 1
-                drawn.append(sweep_chart(answer.title.capitalize(), answer.unit, label, x, y, alone, not alone or len(x) <= 40))
-    if not drawn:  # words only
+        with suppress(ValueError):  # words
+            scales.append(Scale(axis, [float(row[axis.path]) for row in rows]))
+    columns = [(one, _column(rows, one.column, one.scale)) for one in ANSWERS]
+    columns = [(one, values) for one, values in columns if np.isfinite(values).any()]
+    if len(scales) == len(axes) == 2 and spread(scales):
+        drawn = [map_chart(one.title[0].upper() + one.title[1:], one.unit, scales, values) for one, values in columns]
+    else:
+        alone = len(axes) == 1
+        dots = not alone or len(rows) <= MOST_DOTS_ON_CURVE
+        drawn = [
+            sweep_chart(one.title[0].upper() + one.title[1:], one.unit, scale.label, scale.at, values, alone, dots, scale.log)
+            for scale in scales
+            for one, values in columns
+        ]
+    if not drawn:
         return ""
     note = '<p class="note">Impact velocity 0: the cargo stops above the ground.</p>'
     stops = any(row["outcome"] == "stopped" for row in rows)
     return figures("charts", drawn) + (note if stops else "")
 
 
-def _runs(rows: Sequence[dict[str, str]], axes: Sequence[str], units: dict[str, str]) -> str:
+def _runs(rows: Sequence[dict[str, str]], axes: Sequence[Axis]) -> str:
     shown = [answer for answer in ANSWERS if np.isfinite(_column(rows, answer.column, 1.0)).any()]
-    head = ["run", "outcome", *(f"{axis} {units[axis]}".strip() for axis in axes), *(f"{one.title}, {one.unit}" for one in shown)]
+    names = [f"{axis.path}, {axis.shown}" if axis.shown else axis.path for axis in axes]
+    head = ["run", "outcome", *names, *(f"{one.title}, {one.unit}" for one in shown)]
     lines = []
     for row in rows:
-        cells = [_short_number(row[axis]) for axis in axes]
+        cells = [axis.written(_number(row[axis.path])) for axis in axes]
         for one in shown:
             value = float(row[one.column]) * one.scale if row.get(one.column) and not row["fault"] else math.nan
             cells.append(f"{value:.4g}" if math.isfinite(value) else "–")
@@ -119,8 +129,8 @@ def _runs(rows: Sequence[dict[str, str]], axes: Sequence[str], units: dict[str, 
     return table(head, lines, len(head) - 2)
 
 
-def _short_number(text: str) -> str:
+def _number(text: str) -> float | str:
     try:
-        return f"{float(text):.6g}"
+        return float(text)
     except ValueError:
         return text

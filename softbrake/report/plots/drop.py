@@ -25,10 +25,12 @@ from softbrake.sim.result_file import (
     belt_rows,
     read_case,
     read_history,
+    read_inflation,
     read_snapshots,
     read_summary,
     read_tension_scale,
 )
+from softbrake.sim.summary import Inflation
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -52,12 +54,14 @@ def draw_drop(path: Path | str, picture: Path | str, instants: int = 4) -> None:
 def result_figure(path: Path | str, dimensionless: bool = False) -> Figure:
     """The figure of `plot_result`."""
     mpl = load_matplotlib()
-    case, history, summary = read_case(path), read_history(path), read_summary(path)
     scale, unit = 1e3, "kN/m"
     if dimensionless:
         scale, unit = read_tension_scale(path), "T / (T$_0$/L)"
         if scale == 0.0:
             raise PlotError(f"{path}: a run without pressure has no dimensionless tensions")
+    if (inflation := read_inflation(path)) is not None:
+        return inflation_figure(path, inflation, scale, unit)
+    case, history, summary = read_case(path), read_history(path), read_summary(path)
     shots = read_snapshots(path)
     if len(shots.times) == 0 or len(history) == 0:
         raise PlotError(f"{path}: the run stopped before it recorded anything")
@@ -70,7 +74,7 @@ def result_figure(path: Path | str, dimensionless: bool = False) -> Figure:
         _draw_profiles(left.subplots(3, 2, sharex=True, sharey=True), case, shots)
         speed, brake, tension, energy = axes = right.subplots(4, 1, sharex=True)
         panels.draw_speed(speed, case, history, summary)
-        panels.draw_deceleration(brake, history, case["gravity"])
+        panels.draw_deceleration(brake, case, history)
         panels.draw_tensions(tension, case, history, scale, unit)
         panels.draw_energy(energy, history)
         for panel in axes:
@@ -79,6 +83,28 @@ def result_figure(path: Path | str, dimensionless: bool = False) -> Figure:
             if panel.get_legend_handles_labels()[0]:
                 panel.legend(loc="center left", bbox_to_anchor=(1.0, 0.5))
         energy.set_xlabel("time, ms")
+    return figure
+
+
+def inflation_figure(path: Path | str, inflation: Inflation, scale: float, unit: str) -> Figure:
+    """Cut, tensions over a scale (N/m) and radius along the wall of an inflated shell. Raises PlotError and ResultError."""
+    mpl = load_matplotlib()
+    case, shots = read_case(path), read_snapshots(path, "tension_generatrix", "tension_hoop")
+    with mpl.rc_context(STYLE):
+        figure: Figure = mpl.figure.Figure(figsize=(10.0, 5.0), layout="constrained")
+        pressure = f"{inflation.pressure / 1e3:.4g} kPa, force on the cover {inflation.cover_force:.4g} N"
+        figure.suptitle(f"{inflation.title}\ninflated, at rest: {pressure}", fontsize=12, parse_math=False)
+        parts: Any = figure.subfigures(1, 2)
+        shape = parts[0].subplots()
+        panels.draw_profile(shape, case, shots, 0)
+        shape.set(aspect="equal", xlabel="r, m", ylabel="z, m", **panels.view(case, shots, [0]))
+        shape.grid(False)
+        shape.legend(loc="upper right")
+        tension, radius = parts[1].subplots(2, 1, sharex=True)
+        panels.draw_wall_tensions(tension, case, shots, scale, unit)
+        tension.legend()
+        panels.draw_radius(radius, case, shots)
+        radius.set_xlabel("height on the unloaded shell, m")
     return figure
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import io
 import re
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any
 
@@ -26,7 +26,7 @@ from softbrake.report.plots.style import (
     STYLE,
     load_matplotlib,
 )
-from softbrake.report.words import STANDARD_GRAVITY
+from softbrake.report.plots.sweep import Scale, draw_map
 from softbrake.sim.result_file import Snapshots
 from softbrake.sim.summary import Summary
 
@@ -36,6 +36,7 @@ if TYPE_CHECKING:
 
 WIDTH, HEIGHT = 420.0, 230.0  # of a chart, in pixels of the page where it is not stretched
 LEFT, RIGHT, TOP, BOTTOM, KEY = 46.0, 14.0, 8.0, 36.0, 15.0  # its margins, and a line of its key
+MAP_LEFT, MAP_RIGHT, MAP_HIGHER = 64.0, 74.0, 60.0  # of a map: room for its label and its colour bar, and above a chart
 SHAPE_WIDTH = 200.0
 BUCKETS = 300  # of a curve: the least and the largest value of each is drawn
 KEYS_A_LINE = 3
@@ -109,7 +110,7 @@ def drop_charts(case: dict[str, Any], history: NDArray[Any], summary: Summary | 
     drawings: list[Callable[[Axes], None]] = [
         speed,
         lambda axes: panels.draw_height(axes, history),
-        lambda axes: panels.draw_deceleration(axes, history, STANDARD_GRAVITY),
+        lambda axes: panels.draw_deceleration(axes, case, history),
         lambda axes: panels.draw_pressure(axes, history),
         lambda axes: panels.draw_energy(axes, history),
     ]
@@ -118,7 +119,18 @@ def drop_charts(case: dict[str, Any], history: NDArray[Any], summary: Summary | 
     return [_chart(draw, "time, ms") for draw in drawings]
 
 
-def sweep_chart(title: str, unit: str, label: str, x: NDArray[Any], y: NDArray[Any], curve: bool, dots: bool) -> Figure:
+def wall_charts(case: dict[str, Any], shots: Snapshots) -> list[Figure]:
+    """Tensions and radius along the wall of the first snapshot, which has the fields of both tensions. Raises PlotError."""
+    drawings: list[Callable[[Axes], None]] = [
+        lambda axes: panels.draw_wall_tensions(axes, case, shots, 1e3, "kN/m"),
+        lambda axes: panels.draw_radius(axes, case, shots),
+    ]
+    return [_chart(draw, "height on the unloaded shell, m") for draw in drawings]
+
+
+def sweep_chart(
+    title: str, unit: str, label: str, x: NDArray[Any], y: NDArray[Any], curve: bool, dots: bool, log: bool = False
+) -> Figure:
     """An answer of all runs over an axis, as a curve in the order of x, as dots, or both. Raises PlotError."""
 
     def draw(axes: Axes) -> None:
@@ -127,9 +139,23 @@ def sweep_chart(title: str, unit: str, label: str, x: NDArray[Any], y: NDArray[A
             axes.plot(x[order], y[order], color=BLUE)
         if dots:
             axes.plot(x[order], y[order], "o", color=BLUE, markersize=4.0, markeredgewidth=0.0)
-        axes.set(title=title, ylabel=unit)
+        axes.set(title=title, ylabel=unit, xscale="log" if log else "linear")
 
     return _chart(draw, label)
+
+
+def map_chart(title: str, unit: str, scales: Sequence[Scale], values: NDArray[Any]) -> Figure:
+    """An answer of all runs over the plane of two axes. Raises PlotError."""
+    with _figure(WIDTH, HEIGHT + MAP_HIGHER) as figure:
+        height = HEIGHT + MAP_HIGHER
+        up = (height - TOP - BOTTOM) / height
+        axes = figure.add_axes((MAP_LEFT / WIDTH, BOTTOM / height, (WIDTH - MAP_LEFT - MAP_RIGHT) / WIDTH, up))
+        filled = draw_map(axes, scales, values)
+        if filled is not None:
+            bar = figure.add_axes((1.0 - (MAP_RIGHT - RIGHT) / WIDTH, BOTTOM / height, RIGHT / WIDTH, up))
+            figure.colorbar(filled, cax=bar)
+        figure.set_label(f"{title}, {unit}")
+    return figure
 
 
 def shapes(case: dict[str, Any], shots: Snapshots, count: int) -> list[Figure]:
@@ -150,7 +176,7 @@ def shapes(case: dict[str, Any], shots: Snapshots, count: int) -> list[Figure]:
 
 
 def as_svg(figure: Figure) -> str:
-    """A figure as text for a page. It holds no colours, but names of those in THEME, and refers to nothing outside it."""
+    """A figure as text for a page. It holds names of the colours in THEME and those of maps, and refers to nothing outside it."""
     stream = io.StringIO()
     with load_matplotlib().rc_context(PAGE_STYLE):
         figure.savefig(stream, format="svg", transparent=True, metadata=dict.fromkeys(("Creator", "Date", "Format", "Type")))
@@ -160,7 +186,7 @@ def as_svg(figure: Figure) -> str:
     text = text.replace("xlink:href", "href")
     text = re.sub(r"(?<= [dxy]=\")[^\"]*", lambda path: re.sub(r"(\.\d\d)\d+|\n", r"\1", path[0]), text)
     names = {colour: f"var(--{name})" for name, (colour, _) in THEME.items()}
-    text = re.sub(r"(?<=[ :])#[0-9a-f]{6}\b", lambda colour: names[colour[0]], text)
+    text = re.sub(r"(?<=[ :])#[0-9a-f]{6}\b", lambda colour: names.get(colour[0], colour[0]), text)
     return re.sub(r"\s*\n\s*", "\n", text).strip()
 
 
@@ -206,11 +232,13 @@ def _span(values: NDArray[Any]) -> tuple[float, float]:
 
 
 def envelope(x: NDArray[Any], y: NDArray[Any]) -> tuple[NDArray[Any], NDArray[Any]]:
-    """The finite points of a curve, of many the least and the largest of each bucket."""
+    """The finite points of a curve, of many the least and the largest of each bucket, and a gap where others lie between."""
     sound = np.flatnonzero(np.isfinite(x) & np.isfinite(y))
     if len(sound) > 2 * BUCKETS:
         kept = {int(sound[0]), int(sound[-1])}
         for some in np.array_split(sound, BUCKETS):
             kept |= {int(some[np.argmin(y[some])]), int(some[np.argmax(y[some])])}
         sound = np.array(sorted(kept))
-    return x[sound], y[sound]
+    lost = np.cumsum(~(np.isfinite(x) & np.isfinite(y)))[sound]
+    gaps = np.flatnonzero(np.diff(lost)) + 1
+    return np.insert(x[sound], gaps, np.nan), np.insert(y[sound], gaps, np.nan)

@@ -8,7 +8,10 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from softbrake.case.sections.output import CFC_DEFAULT
+from softbrake.case.units import STANDARD_GRAVITY
 from softbrake.report.plots.style import BLUE, CARGO_COLOUR, GREEN, GREY, GROUND_COLOUR, INK, ORANGE, RED
+from softbrake.sim.filters import filtered_slope
 from softbrake.sim.result_file import Snapshots, belt_rows
 from softbrake.sim.summary import Summary
 
@@ -37,10 +40,14 @@ def draw_height(axes: Axes, history: NDArray[Any]) -> None:
     axes.set(title="Height of the cover", ylabel="m")
 
 
-def draw_deceleration(axes: Axes, history: NDArray[Any], gravity: float) -> None:
-    """Deceleration over `gravity`, m/s^2; in SI units where that is 0."""
-    axes.plot(history["time"] * 1e3, history["acceleration"] / (gravity or 1.0), color=RED)
-    axes.set(title="Deceleration of the cargo", ylabel="g" if gravity else "m/s²")
+def draw_deceleration(axes: Axes, case: dict[str, Any], history: NDArray[Any]) -> None:
+    """Deceleration net of gravity, behind the channel class of the answer where the rows allow that."""
+    cfc = case["output"].get("cfc", CFC_DEFAULT)  # older results have none
+    pulse = filtered_slope(history["time"], history["velocity"], cfc)
+    time, values = (history["time"], history["acceleration"]) if pulse is None else pulse
+    signal = "unfiltered" if pulse is None else f"CFC {cfc}"
+    axes.plot(time * 1e3, values / STANDARD_GRAVITY, color=RED)
+    axes.set(title=f"Deceleration, {signal}, net of gravity", ylabel=f"g of {STANDARD_GRAVITY} m/s²")
 
 
 def draw_pressure(axes: Axes, history: NDArray[Any]) -> None:
@@ -61,6 +68,21 @@ def draw_tensions(axes: Axes, case: dict[str, Any], history: NDArray[Any], scale
             axes.plot(history["time"] * 1e3, history[name] / scale, color=colour, label=label)
     none = " (a lumped run has no shell)" if lumped else ""
     axes.set(title=f"Largest tensions{none}", ylabel=unit)
+
+
+def draw_wall_tensions(axes: Axes, case: dict[str, Any], shots: Snapshots, scale: float, unit: str) -> None:
+    """Tensions of the first snapshot over a scale, N/m, means around the hoop, along the unloaded wall."""
+    for name, label, colour in (("tension_generatrix", "generatrix", BLUE), ("tension_hoop", "hoop", ORANGE)):
+        values = shots.fields[name][0].mean(axis=1)
+        axes.plot(np.linspace(0.0, case["shell"]["height"], len(values)), values / scale, color=colour, label=label)
+    axes.set(title="Tensions of the fabric", ylabel=unit)
+
+
+def draw_radius(axes: Axes, case: dict[str, Any], shots: Snapshots) -> None:
+    """Radius of the first snapshot, mean around the hoop, along the unloaded wall."""
+    radius = np.hypot(shots.xyz[0, ..., 0], shots.xyz[0, ..., 1]).mean(axis=1)
+    axes.plot(np.linspace(0.0, case["shell"]["height"], len(radius)), radius, color=BLUE)
+    axes.set(title="Radius", ylabel="m")
 
 
 def draw_energy(axes: Axes, history: NDArray[Any]) -> None:

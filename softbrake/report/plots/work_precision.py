@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from softbrake.report.plots.style import BLUE, GREY, INK, ORANGE, RED, STYLE, load_matplotlib, save
+from softbrake.report.words import named
 from softbrake.studies.work_precision import COURANTS, PAPER, UNITS, Measurement, WorkPrecision, model_in_words
 
 if TYPE_CHECKING:
@@ -100,7 +101,7 @@ def _draw_work(axes: Axes, found: WorkPrecision, name: str, labelled: bool) -> N
             )
     _draw_floor(axes, found, name)
     value = f"{found.reference.values[name]:.4g} {UNITS[name].replace('^2', '²')}"
-    axes.set_title(f"{name.replace('_', ' ').capitalize()}: {value}, {_known(found, name)}")
+    axes.set_title(f"{named(name)[0].upper()}{named(name)[1:]}: {value}, {_known(found, name)}")
     axes.set(xscale="log", yscale="log", xlabel="CPU time of the kernels, s", ylabel="error, %")
 
 
