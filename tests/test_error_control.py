@@ -31,8 +31,8 @@ from softbrake.studies import error_control
 from softbrake.studies.convergence import NEIGHBOURLY, prediction
 from softbrake.studies.error_control import (
     COARSE,
-    ENOUGH,
     FINE,
+    LEAST_MEMBERS,
     NEIGHBOURS,
     OTHERS,
     SCREEN,
@@ -348,7 +348,7 @@ def test_shell_that_loses_its_symmetry_is_answered_by_the_mean_of_full_ones(made
     members = [seed for of, seed in made_up.of("full") if of.grid == found.case.grid]
     energies = [scattered(found.case, seed) for seed in members]
     assert (found.case.model.fidelity, found.case.grid.generatrix) == ("full", 44)
-    assert members == list(range(1, len(members) + 1)) and len(members) >= ENOUGH
+    assert members == list(range(1, len(members) + 1)) and len(members) >= LEAST_MEMBERS
     beside = [scattered(of, seed) for of, seed in made_up.of("full") if of.grid != found.case.grid]
     mean, error = prediction(energies, beside)
     error = max(error, OTHERS * abs(sum(beside) / len(beside) - mean))
@@ -619,7 +619,7 @@ def test_members_that_diverge_are_left_out(made_up: MadeUp) -> None:
     found = refine(case(), 0.03)
     assert found.summary.ensemble is not None
     fallen = [seed for of, seed in made_up.of("full") if of.grid == found.case.grid and seed != 2]
-    assert found.summary.ensemble.members == len(fallen) >= ENOUGH
+    assert found.summary.ensemble.members == len(fallen) >= LEAST_MEMBERS
 
 
 def test_companion_that_diverges_costs_the_error_bar_only(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -727,7 +727,7 @@ def test_slack_fabric_that_crumples_is_answered_by_full_shells_and_kept(tmp_path
     summary = softbrake.run(falling, tmp_path / "a.vtkhdf")
     assert reached(falling, summary)
     assert abs(speed_of(summary) - 6.91144) <= bar(summary) <= 0.01 * 6.91144
-    assert summary.ensemble is not None and summary.ensemble.members >= ENOUGH
+    assert summary.ensemble is not None and summary.ensemble.members >= LEAST_MEMBERS
     assert summary.ensemble.least <= speed_of(summary) <= summary.ensemble.most
     kept, history = read_summary(tmp_path / "a.vtkhdf"), read_history(tmp_path / "a.vtkhdf")
     assert kept is not None

@@ -11,7 +11,7 @@ from test_belt_contact import groove
 import softbrake
 from softbrake.case.case_file import CaseError, load_case
 from softbrake.core.arrays import PAD, Floats, Outcome, Peak, State, Step
-from softbrake.core.columns import History
+from softbrake.core.columns import WORKS, History
 from softbrake.core.contact.constants import GAP
 from softbrake.core.loop.meridian import advance_meridian, press_meridian, rub_meridian, stable_step_of_meridian
 from softbrake.core.loop.step import advance
@@ -210,7 +210,7 @@ def test_ledger_closes_to_round_off(config: str, part: str, contact: str) -> Non
     falling = drop(config, *COARSE, *PARTS[part], contact)
     rows = advance_to(falling, np.inf)
     assert abs(falling.energy_error()) < 1e-11
-    works = rows[:, History.WORK_PRESSURE : History.WORK_CONTACT + 1]
+    works = rows[:, WORKS]
     residual = rows[:, History.KINETIC_ENERGY] - falling.state.kinetic_start[0] - works.sum(axis=1)
     assert np.abs(residual).max() < 1e-11 * falling.state.kinetic_start[0]
     assert np.abs(works).max() > 100.0

@@ -16,7 +16,7 @@ from softbrake.case.case import Case
 from softbrake.case.case_file import load_case, open_case
 from softbrake.sim.result_file import read_summary
 from softbrake.studies.batch import Dropped
-from softbrake.studies.sensitivity import ENOUGH, NARROW, STEPS, sensitivities
+from softbrake.studies.sensitivity import NARROW, SMALL, WIDTHS, sensitivities
 
 CONFIGS = Path(__file__).resolve().parents[1] / "configs"
 NO_BELTS = CONFIGS / "no-belts.yaml"
@@ -42,8 +42,11 @@ def test_piston() -> None:
     for path, (velocity, deceleration) in expected.items():
         assert changes[path]["impact_velocity"] == pytest.approx(velocity, rel=0.01, abs=1e-9)
         assert changes[path]["peak_deceleration"] == pytest.approx(deceleration, rel=0.01, abs=1e-9)
-    assert found.errors["impact_velocity"] < ENOUGH
-    assert found.steps == {"impact_velocity": STEPS[1], "peak_deceleration": STEPS[1]}  # answers without tensions have no change
+    assert found.errors["impact_velocity"] < SMALL
+    assert found.steps == {
+        "impact_velocity": WIDTHS[1],
+        "peak_deceleration": WIDTHS[1],
+    }  # answers without tensions have no change
     assert [row.path for row in found.inputs][:2] == ["shell.diameter", "cargo.velocity"]  # the strongest first
 
 
@@ -62,12 +65,12 @@ def test_steps_widen_until_they_stand_above_the_noise(monkeypatch: pytest.Monkey
     found = sensitivities(open_case(NO_BELTS, []), base)
     noise, error = found.noise["impact_velocity"], found.errors["impact_velocity"]
     if scatter < 1e-5:
-        assert found.steps["impact_velocity"] == STEPS[1]
+        assert found.steps["impact_velocity"] == WIDTHS[1]
         assert noise < 1e-4  # what is off a straight line
     else:
-        assert found.steps["impact_velocity"] > STEPS[1]
+        assert found.steps["impact_velocity"] > WIDTHS[1]
         assert noise == pytest.approx(scatter, rel=0.3)
-        assert error < ENOUGH
+        assert error < SMALL
     changes = {row.path: row.changes["impact_velocity"] for row in found.inputs}
     assert changes.pop("cargo.mass") == pytest.approx(0.8, abs=max(3 * error, 1e-3))
     assert max(abs(change) for change in changes.values() if change is not None) < 4 * error
@@ -89,7 +92,7 @@ def test_near_a_full_stop_slopes_are_as_exact_as_far_from_it(share: float) -> No
         left_of_curvature = 1e-4 * abs(work) / speed**2  # the square of the widest step
         assert abs(changes[path] - work / speed**2) < 3 * found.errors["impact_velocity"] + left_of_curvature
     assert found.errors["impact_velocity"] < 1e-3 * abs(changes["shell.diameter"])
-    assert found.steps["impact_velocity"] == (STEPS[1] if share < 0.99 else NARROW[1])
+    assert found.steps["impact_velocity"] == (WIDTHS[1] if share < 0.99 else NARROW[1])
 
 
 @pytest.mark.slow

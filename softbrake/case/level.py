@@ -11,7 +11,7 @@ from softbrake.case.case import Case
 from softbrake.case.sections.contact import SETS, known_parts
 from softbrake.case.sections.numerics import FINE, HOOP, Fidelity, auto_courant, default_cells
 
-COARSE = 12  # cells in a radius below which a shell is too coarse
+COARSE_GRID = 12  # cells in a radius below which a shell is too coarse
 
 
 def level(case: Case, fidelity: Fidelity, generatrix: int, hoop: int, courant: float | None = None) -> Case:
@@ -44,9 +44,9 @@ def coarseness(case: Case) -> str | None:
     height, diameter, grid, faults = case.shell.height, case.shell.diameter, case.grid, []
     gap = min(b - a for a, b in pairwise([0.0, *sorted(belt.height for belt in case.belts), height]))
     needed = default_cells(height, diameter, gap or height, False)
-    if grid.generatrix * FINE < needed * COARSE:
+    if grid.generatrix * FINE < needed * COARSE_GRID:
         faults.append(f"grid.generatrix {grid.generatrix}, where this scene needs {needed}")
-    if grid.hoop / (2.0 * math.pi) < COARSE and case.model.fidelity != "axisymmetric":
+    if grid.hoop / (2.0 * math.pi) < COARSE_GRID and case.model.fidelity != "axisymmetric":
         faults.append(f"grid.hoop {grid.hoop}, where {HOOP} are needed")
     return f"coarse grid: {' and '.join(faults)}; answers may be off by some per cent" if faults else None
 

@@ -37,3 +37,6 @@ class History(IntEnum):
     WORK_CONTACT = "J", "lost in contact, and in friction on the ground"
     CONTACT_FORCE = "N", "of the fabric on cover and cargo, up positive; part of the cover force"
     GROUND_AREA = "m^2", "of fabric and lower cover on the ground"
+
+
+WORKS = tuple(column for column in History if column.name.startswith("WORK_"))  # all of the ledger

@@ -8,18 +8,18 @@ from softbrake.core.jit import kernel
 def cloth_above(model, i):
     """Return the Membrane of the generatrix edges and of the cells above row i: as wide as the hoops on both sides on average."""
     shape = model.shape
-    return cut(model.fabric, shape.h1[i], 0.5 * (shape.h2[i] + shape.h2[i + 1]))
+    return with_lengths(model.fabric, shape.h1[i], 0.5 * (shape.h2[i] + shape.h2[i + 1]))
 
 
 @kernel
 def cloth_around(model, i):
     """Return the Membrane of the hoop edges of row i, between the covers: as wide as half of both edges along the generatrix."""
     shape = model.shape
-    return cut(model.fabric, 0.5 * (shape.h1[i - 1] + shape.h1[i]), shape.h2[i])
+    return with_lengths(model.fabric, 0.5 * (shape.h1[i - 1] + shape.h1[i]), shape.h2[i])
 
 
 @kernel
-def cut(fabric, h1, h2):
+def with_lengths(fabric, h1, h2):
     """Return a Membrane on cells of these edges (m)."""
     return Membrane(
         fabric.law,

@@ -18,8 +18,12 @@ LEFT_OUT = ("title", "results", "trials", "sensitivity", "filtered")
 MISSING = "not run, or lost with its worker"
 Row = dict[str, Any]
 
-ANSWERS = {answer.name: answer.metadata["unit"] for answer in fields(Summary)}
-PARTS = {"_time": "s", "_height": "m", "_phase": ""}  # of a peak; its error and the peak of the other phase have its own unit
+ANSWER_UNITS = {answer.name: answer.metadata["unit"] for answer in fields(Summary)}
+PEAK_UNITS = {
+    "_time": "s",
+    "_height": "m",
+    "_phase": "",
+}  # of a peak; error and other phase have its unit
 
 
 def rows(plan: Plan, records: Mapping[str, Record]) -> list[Row]:
@@ -59,11 +63,11 @@ def unit_of(column: str, plan: Plan) -> str:
             return axis.unit
     if column.startswith("work_"):
         return "J"
-    if column in ANSWERS:
-        return str(ANSWERS[column])
+    if column in ANSWER_UNITS:
+        return str(ANSWER_UNITS[column])
     for peak in PEAKS:
         if column.startswith(peak):
-            return PARTS.get(column.removeprefix(peak), str(ANSWERS[peak]))
+            return PEAK_UNITS.get(column.removeprefix(peak), str(ANSWER_UNITS[peak]))
     return ""
 
 

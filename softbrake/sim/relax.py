@@ -17,13 +17,13 @@ from softbrake.core.columns import History
 from softbrake.sim.interrupt import held_interrupt
 
 TOLERANCE = 1e-6
-COURANT = 0.5  # most, without viscosity
+MOST_COURANT = 0.5  # most, without viscosity
 MOST_STEPS = 200_000
 STEPS_PER_LOOK = 8
 LARGEST_CUT = 0.5  # of w times the step, for a frequency that is none yet
 HEAVY = 1e12  # kg, of a cover that no force moves
 SINKING = 1e-8  # m/s, at which it is pushed: nothing ends the run of a cargo that falls
-BURST = 10.0  # radii plus heights, beyond which no shell is at rest
+GROWN = 10.0  # radii plus heights, beyond which no shell is at rest
 Advance = Callable[[Model], Outcome]  # by one step of the model given
 
 
@@ -54,8 +54,8 @@ class Held:
         self._height, self._cover = float(state.now[History.HEIGHT]), slice(end - width, end)
         # Not the columns beyond those of the shell: what they hold is nothing.
         self._x, _, _, *self._free = (part[:end].reshape(model.n1 + 1, width)[1:-1, columns] for part in nodes)
-        self._limit = BURST * (model.shape.widest + self._height)
-        self.cut(0.0)
+        self._limit = GROWN * (model.shape.widest + self._height)
+        self.damp(0.0)
         state.steps[0], state.choice[:], state.stable_step[1] = 0, (0, 1), 0.0  # the step is chosen anew
         sinking = 0.5 * model.hoop.whole * HEAVY * SINKING**2
         state.now[History.KINETIC_ENERGY] = state.kinetic_start[0] = sinking
@@ -75,14 +75,14 @@ class Held:
         length, after = float(self.state.last_step[0]), np.stack(self._free)
         return Push(after, (after - before) / (0.5 * (last + length)), length)
 
-    def cut(self, kept: float) -> None:
+    def damp(self, kept: float) -> None:
         """Multiply all velocities."""
         for part in self.state.nodes[3:]:
             part *= kept
 
     def rest(self) -> None:
         """Stop all motion, the cover at its height."""
-        self.cut(0.0)
+        self.damp(0.0)
         self.state.nodes.z[self._cover] = self.state.now[History.HEIGHT] = self._height
 
 
@@ -103,7 +103,7 @@ def _relax(
 ) -> Relaxation:
     """As `relax`, told of Ctrl-C."""
     calm = model.fabric._replace(viscosity=0.0), model.belts._replace(viscosity=0.0 * model.belts.viscosity)
-    courant = min(model.courant, COURANT)
+    courant = min(model.courant, MOST_COURANT)
     held = Held(model._replace(fabric=calm[0], belts=calm[1], courant=courant), state, advance)
     mass = model.mass[1:-1, None]
     cell = float((model.shape.h1 * model.shape.h2).mean())
@@ -128,10 +128,10 @@ def _relax(
             break
         decay = min(frequency * first.length, LARGEST_CUT)
         kept = (1.0 - decay) / (1.0 + decay)
-        held.cut(kept)
+        held.damp(kept)
         for _ in range(STEPS_PER_LOOK):
             held.push()
-            held.cut(kept)
+            held.damp(kept)
         done += STEPS_PER_LOOK
     held.rest()
     return Relaxation(residual <= tolerance, residual, done)

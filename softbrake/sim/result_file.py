@@ -64,7 +64,7 @@ POINT_FIELDS = {
 SCALARS = {"height": "m", "velocity": "m/s", "pressure": "Pa"}  # of the cargo and the gas, one value a snapshot
 FORMER = {"crossings": "missed_collisions", "ladder": "trials"}  # names in older files
 HISTORY_DTYPE = np.dtype([(column.name.lower(), np.float64) for column in History])
-SHELL, BELT, LOWER_COVER, UPPER_COVER, GROUND = range(5)  # values of the cell array `part`
+SHELL_PART, BELT, LOWER_COVER, UPPER_COVER, GROUND = range(5)  # values of the cell array `part`
 _COMPRESSED: dict[str, Any] = {"compression": "gzip", "compression_opts": 4, "shuffle": True}
 SECONDS_KEPT = 0.5  # each call of HDF5 costs as much as the data of a small shell, and a flush as ten
 _BYTES_KEPT = 2**26
@@ -92,7 +92,7 @@ class ResultFile:
         part = root["CellData/part"][:]
         self.path = path
         self._ground = _ground_corners(case.shell.diameter)
-        self._under_pressure = np.isin(part, (SHELL, LOWER_COVER, UPPER_COVER))
+        self._under_pressure = np.isin(part, (SHELL_PART, LOWER_COVER, UPPER_COVER))
         self._points, self._cell_pressure = root["Points"], root["CellData/pressure"]
         self._fields = {name: root["PointData"][name] for name in POINT_FIELDS}
         self._scalars = {name: root["FieldData"][name] for name in SCALARS}
@@ -363,7 +363,7 @@ def _cells(case: Case) -> tuple[list[NDArray[np.int64]], list[NDArray[np.int64]]
     lines = [np.append(node[row], node[row, 0]) for row in rows]
     quads = np.stack((node[:-1], beside[:-1], beside[1:], node[1:]), axis=-1).reshape(-1, 4)
     polygons = [*quads, node[0, ::-1], node[-1], node.size + np.arange(4)]
-    part = np.repeat([BELT, SHELL, LOWER_COVER, UPPER_COVER, GROUND], [len(lines), len(quads), 1, 1, 1])
+    part = np.repeat([BELT, SHELL_PART, LOWER_COVER, UPPER_COVER, GROUND], [len(lines), len(quads), 1, 1, 1])
     return lines, polygons, part
 
 

@@ -20,7 +20,7 @@ from softbrake.case.case_file import parse_case
 from softbrake.case.schema import starter
 from softbrake.case.sections.numerics import ONE_COLUMN, Fidelity, damping_ratio
 from softbrake.core.arrays import PAD, ContactCount, Floats, Meridian, Model, Nodes, Outcome, Peak, Source, State, Workspace
-from softbrake.core.columns import History
+from softbrake.core.columns import WORKS, History
 from softbrake.core.jit import PACKAGE, hash_sources
 from softbrake.core.lanes import close_nodes
 from softbrake.core.loop.fields import sample_fields
@@ -68,11 +68,11 @@ NODE_STEPS_PER_CHUNK = 2_000_000  # about 15 ms between chances for progress and
 HISTORY_ROWS = 4096
 VISCOUS = 1.5  # times longer would the stable step be without viscosity: then that is its limit
 CLOCK = time.perf_counter if sys.platform == "win32" else time.thread_time  # Windows counts CPU time by 16 ms, drops take 1
-NEVER = 2**62  # steps between rows of a history that nobody reads
+NO_ROWS = 2**62  # steps between rows of a history that nobody reads
 UNDAMPED = 0.03  # damping ratio of the shortest wave below which tensions without a potential end either scheme
 LEAKY = 0.3  # below which they may end a run of the default one; see benchmarks/stability.py
 ROUND_OFF = 1e-9  # of a strength: a smaller tension is none
-BURST = 1.5  # median hoop stretch; skeleton fabrics are used up to 1.3, and a faulty step stretches a few nodes only
+BURSTING = 1.5  # median hoop stretch; skeleton fabrics are used up to 1.3, and a faulty step stretches a few nodes only
 
 
 class Progress(NamedTuple):
@@ -235,7 +235,7 @@ class Simulation:
         self.kernel_seconds = 0.0
         kept: list[Floats] = []
         if file is None:
-            self.interval = NEVER
+            self.interval = NO_ROWS
         outcome = Outcome.RUNNING
         interval = self.case.output.snapshot_interval
         due = math.inf if file is None else 0.0
@@ -275,7 +275,7 @@ class Simulation:
 
     def energy_error(self) -> float:
         """Return the residual of the work ledger over the initial kinetic plus potential energy."""
-        works = float(self.state.now[History.WORK_PRESSURE : History.WORK_CONTACT + 1].sum())
+        works = float(self.state.now[list(WORKS)].sum())
         residual = self.now(History.KINETIC_ENERGY) - float(self.state.kinetic_start[0]) - works
         return residual / initial_energy(self.case, self.model)
 
@@ -417,7 +417,7 @@ class Simulation:
             peak_tension_hoop=hoop,
             peak_tension_belt=belt,
             peaks=peaks,
-            work=Work(*(float(part) for part in self.state.now[History.WORK_PRESSURE : History.WORK_CONTACT + 1])),
+            work=Work(*(float(part) for part in self.state.now[list(WORKS)])),
             largest_penetration=0.0 if self_contact is None else float(self_contact.penetration[0]),
             missed_collisions=0 if self_contact is None else int(self_contact.counts[ContactCount.MISSED]),
             energy_error=self.energy_error(),
@@ -473,7 +473,7 @@ class Simulation:
         """Most likely cause of a divergence, in words, with what helps."""
         case, fabric = self.case, self.case.fabric
         stretch = float(np.median(self.fields()["stretch_hoop"]))
-        if stretch > BURST:
+        if stretch > BURSTING:
             return (
                 f"the fabric bursts: half of the hoops, stretched {stretch:.3g} times and more, find no balance with the pressure"
             )

@@ -19,7 +19,7 @@ import numpy as np
 
 from softbrake.case.case import Case
 from softbrake.core.arrays import Floats, Outcome
-from softbrake.sim.simulation import NEVER, Diverged, Simulation, cores
+from softbrake.sim.simulation import NO_ROWS, Diverged, Simulation, cores
 from softbrake.sim.summary import Summary
 from softbrake.studies.error_control import reached, refine
 
@@ -70,7 +70,7 @@ def run_one(case: Case, histories: bool = False, stop: threading.Event | None = 
             missed = f"the tolerance of {case.tolerance:.3g} was not reached: {summary.fidelity_reason}"
             return Dropped(summary, None if reached(case, summary) else missed, None)
         drop = Simulation(case)
-        drop.interval = case.output.history_interval if histories else NEVER
+        drop.interval = case.output.history_interval if histories else NO_ROWS
         outcome = Outcome.RUNNING
         while outcome == Outcome.RUNNING:
             if stop is not None and stop.is_set():

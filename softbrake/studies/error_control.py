@@ -35,7 +35,7 @@ NEIGHBOURS = 5  # grids behind an error
 TWICE = 2.0  # times as fine is the grid that has to agree with them
 COARSE, SCREEN, FINE = 9.0, 12.0, 18.0  # cells in a radius of full shells
 OTHERS = 2.0  # times the largest of a few distances, for those of grids and disturbances that were not computed
-ENOUGH, MEMBERS = 6, 8  # of an ensemble on one grid, least to stop at and most
+LEAST_MEMBERS, MOST_MEMBERS = 6, 8  # of an ensemble on one grid, least to stop at and most
 
 # Of the radius, disturbances of the places at the start: from what sewing leaves to what nobody could measure. No case says how
 # round its shell is, and where symmetry is lost the answer depends on when, so an ensemble takes each.
@@ -238,7 +238,7 @@ def speed_range(energy: float, error: float) -> tuple[float, float]:
     return speed, max(high - speed, speed - low)
 
 
-def doubt_of(summaries: Iterable[Summary]) -> str | None:
+def first_doubt(summaries: Iterable[Summary]) -> str | None:
     """The first doubt among answers."""
     return next((summary.doubt for summary in summaries if summary.doubt), None)
 
@@ -403,7 +403,7 @@ class _Refinement:
             return _Found(finest, energy, math.inf, f"{len(runs)} grids are no error bar")
         found, peaks = of_neighbours([(run.case, run.summary) for run in runs])
         reason = f"the axisymmetric shell on {len(runs)} grids beside one another"
-        return _Found(finest, energy, found.error, reason, peaks, doubt=doubt_of(run.summary for run in runs))
+        return _Found(finest, energy, found.error, reason, peaks, doubt=first_doubt(run.summary for run in runs))
 
     def screen(self) -> tuple[list[_Run], str]:
         """A disturbed full shell on a coarse grid, one on a finer one if it stays round there, another there; what is left open.
@@ -450,7 +450,7 @@ class _Refinement:
         if not full:
             return replace(plain, error=math.inf, reason=f"{plain.reason}; no full shell reaches its end beside it")
         found = replace(plain, error=plain.error + apart, peaks=peaks, reason=f"{plain.reason}; full shells stay round")
-        found.doubt = found.doubt or doubt_of(run.summary for run in full)
+        found.doubt = found.doubt or first_doubt(run.summary for run in full)
         if not self.within(found):
             found.reason += ", but are off it" if apart > plain.error else ", but its grids do not agree"
         return found
@@ -479,9 +479,9 @@ class _Refinement:
     def gather(self, cells: float, members: list[_Run], part: float, coarser: _Found | None) -> _Found:
         """Mean of shells of a grid with those of a coarser one beside it; part: of the budget left, that they may take."""
         case, allowed, before = self.at("full", cells), part * self.left(), self.spent
-        for seed in range(1, MEMBERS + 1):
+        for seed in range(1, MOST_MEMBERS + 1):
             longest = max((run.seconds for run in members), default=0.0)
-            enough = len(members) >= ENOUGH and coarser is not None and self.within(self.mean(members, coarser))
+            enough = len(members) >= LEAST_MEMBERS and coarser is not None and self.within(self.mean(members, coarser))
             if enough or (members and self.spent - before + longest > allowed):
                 break
             if any(run.seed == seed for run in members):
@@ -527,7 +527,7 @@ class _Refinement:
             {name: middle for name, (middle, _) in bars.items()},
             Ensemble(len(members), min(speeds), max(speeds), min(sizes), max(sizes)),
             tuple(members),
-            doubt_of(run.summary for run in [*members, *beside]),
+            first_doubt(run.summary for run in [*members, *beside]),
         )
 
     def done(self, found: _Found) -> Refined:
@@ -538,7 +538,7 @@ class _Refinement:
         if found.ensemble is not None:
             reason += f"; all but velocity and peaks is of the one nearest the mean, {speed_of(base):.4g} m/s"
             if not within:
-                enough = found.ensemble.members >= ENOUGH
+                enough = found.ensemble.members >= LEAST_MEMBERS
                 reason += (
                     "; this scene does not determine the impact velocity better"
                     if enough
@@ -606,7 +606,7 @@ def _with_error_bar(case: Case, summary: Summary, coarser: Sequence[Summary]) ->
     _, error = speed_range(found.value, found.error)
     order = "no clear order" if found.order is None else f"order {found.order:g}"
     reason = f"four grids beside one another, {order}; of the grid alone"
-    return replace(summary, impact_velocity_error=error, peak_errors=dict(peaks), fidelity_reason=reason, doubt=doubt_of(runs))
+    return replace(summary, impact_velocity_error=error, peak_errors=dict(peaks), fidelity_reason=reason, doubt=first_doubt(runs))
 
 
 def probe(case: Case, seed: int = 0) -> tuple[Summary, float]:

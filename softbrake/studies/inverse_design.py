@@ -33,10 +33,10 @@ TARGETS = {
 EXAMPLES = {"impact_velocity": "1.5m/s", "peak_deceleration": "8g"} | dict.fromkeys([*TARGETS][2:], "30kN/m")
 REACH = 3.0  # of the range on both sides of the value of the case
 POINTS = 9  # of the look at the range before the search
-WIDTH = 5e-4  # of the value, at which the search ends: below any error of the grid
+SEARCH_WIDTH = 5e-4  # of the value, at which the search ends: below any error of the grid
 NUDGE = 0.03  # of the value, for its slope: above the scatter of crumpling cloth
 JUMP = 0.02  # of the range of scores: a change by more within the last bracket is no crossing
-PEAKS = (0.25, 0.5, 0.75, 1.0)  # of t_k, places of P_max tried with a piston
+PEAK_PLACES = (0.25, 0.5, 0.75, 1.0)  # of t_k, places of P_max tried with a piston
 
 
 class NotReached(Exception):
@@ -210,7 +210,7 @@ def piston(case: Case) -> tuple[FullStop, list[tuple[float, Summary]]]:
     stop = full_stop(case.cargo.mass, case.cargo.velocity, case.gravity, case.shell.height, case.shell.diameter)
     gas = level(case, "lumped", case.grid.generatrix, case.grid.hoop)
     tried = []
-    for share in PEAKS:
+    for share in PEAK_PLACES:
         peak_time = share * (1 - 1e-9) * stop.end_time  # (2.10) divides by the rest
         law = replace(gas.pressure, law="sine", value=stop.largest, peak_time=peak_time, end_time=stop.end_time)
         time = replace(gas.time, end=2 * stop.end_time)
@@ -304,7 +304,7 @@ def _slope(a: DesignPoint, b: DesignPoint) -> float:
 
 
 def _close_in(attempt: Callable[[float], DesignPoint], a: DesignPoint, b: DesignPoint) -> tuple[DesignPoint, DesignPoint]:
-    """Narrow a bracket to WIDTH: inverse quadratic interpolation where it is safe, else halves. Chandrupatla, 1997."""
+    """Narrow a bracket to SEARCH_WIDTH: inverse quadratic interpolation where it is safe, else halves. Chandrupatla, 1997."""
     share = 0.5
     while True:
         new = attempt(a.value + share * (b.value - a.value))
@@ -313,7 +313,7 @@ def _close_in(attempt: Callable[[float], DesignPoint], a: DesignPoint, b: Design
         last = a if not _across(new, a) else b
         a, b = new, b if last is a else a
         assert a.score is not None and b.score is not None and last.score is not None
-        least = WIDTH * abs(a.value) / abs(b.value - a.value)
+        least = SEARCH_WIDTH * abs(a.value) / abs(b.value - a.value)
         if least >= 1.0 or a.score == 0.0:
             return a, b
         share = 0.5

@@ -16,9 +16,9 @@ from softbrake.studies.batch import Dropped, run_batch
 from softbrake.studies.error_control import PEAKS
 
 ANSWERS = ("impact_velocity", *PEAKS)
-STEPS = (0.005, 0.01, 0.02, 0.04, 0.08)  # relative, of an input; the first two always
+WIDTHS = (0.005, 0.01, 0.02, 0.04, 0.08)  # relative, of an input; the first two always
 NARROW = (0.001, 0.002)  # tried as well where one of the first two loses an answer
-ENOUGH = 0.05  # error of a change per 1 %, in %, at which the steps are wide enough
+SMALL = 0.05  # error of a change per 1 %, in %, at which the steps are wide enough
 Half = dict[str, float]  # half the relative difference of the answers at +step and -step
 Inputs = dict[str, Number]
 
@@ -42,8 +42,8 @@ def sensitivities(
 
     Of each pair of runs at +h and -h counts half the difference: the smooth part of even order drops out. A straight line through
     0 and these halves over h, by least squares, has the change as its slope; what is off the lines of all inputs, noise and what
-    is left of curvature, is pooled, and its effect on a slope is its error. As long as one is above ENOUGH and falls, the next of
-    STEPS is tried; each answer takes the steps with the least error, for wide ones feel that the answer is no straight line.
+    is left of curvature, is pooled, and its effect on a slope is its error. As long as one is above SMALL and falls, the next of
+    WIDTHS is tried; each answer takes the steps with the least error, for wide ones feel that the answer is no straight line.
     An impact velocity V counts as V², of which V changes by half as much: near a full stop V itself is a straight line over no
     step. Where the cargo stops it has no value, and an input that stops it at the first steps is asked again at NARROW ones.
     A case with a tolerance is run at the level and grid of `base`. report: told runs done, runs planned, and
@@ -53,7 +53,7 @@ def sensitivities(
     left_out: dict[str, str] = {}
     for path in inputs:
         try:
-            for step in STEPS:
+            for step in WIDTHS:
                 _pair(file, base, path, inputs[path], step)
         except CaseError as fault:  # a ratio beyond its limit, or inputs that must fit each other
             left_out[path] = fault.faults[0].partition(": ")[2]
@@ -62,7 +62,7 @@ def sensitivities(
     scales = {name: getattr(base, name) for name in ANSWERS} | {"impact_velocity": 2.0 * (base.impact_velocity or 0.0) ** 2}
     found, done = Sensitivities([], {}, {}, {}, left_out), 0
     steps: list[float] = []
-    planned = list(STEPS)
+    planned = list(WIDTHS)
     while planned:
         step = planned.pop(0)
         steps = sorted([*steps, step])
@@ -81,7 +81,7 @@ def sensitivities(
         found = _fit(steps, inputs, halves, left_out)
         if len(steps) == 2 and any(row.changes[name] is None for row in found.inputs for name in ANSWERS if scales[name]):
             planned[:0] = NARROW
-        elif step not in NARROW[:1] and all(e <= ENOUGH or found.steps[name] < steps[-1] for name, e in found.errors.items()):
+        elif step not in NARROW[:1] and all(e <= SMALL or found.steps[name] < steps[-1] for name, e in found.errors.items()):
             break
     return found
 

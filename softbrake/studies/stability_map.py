@@ -21,7 +21,7 @@ from softbrake.sim.relax import Held
 from softbrake.sim.simulation import NotInflated, Simulation
 
 HAIR = 1e-7  # of the shorter edge, the disturbance: far below what slackens taut fabric
-STEPS = 400
+STEPS_OF_A_RUN = 400
 WINDOW = 4  # over which they are judged
 GROWTH = 3.0  # of what flips from step to step, beyond its least
 LOW, HIGH = 0.4, 2.5  # of the predicted step, where bisection starts
@@ -122,7 +122,7 @@ def find_limit(case: Case) -> MapPoint:
     return replace(none, predicted=predicted, found=low * predicted, trials=tuple(trials))
 
 
-def is_stable(drop: Simulation, courant: float, steps: int = STEPS) -> bool:
+def is_stable(drop: Simulation, courant: float, steps: int = STEPS_OF_A_RUN) -> bool:
     """Whether a hair's disturbance of a shell at rest dies or stays, in steps of a part of the predicted one.
 
     Raises KeyboardInterrupt between two steps.

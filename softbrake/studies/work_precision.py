@@ -26,11 +26,11 @@ from softbrake.sim.summary import Summary
 from softbrake.studies.convergence import CAUTION, estimate
 from softbrake.studies.error_control import COURANT, LEAST_SPEED, OUT_OF_ROUND, SEEDS, least_cells, probe, speed_of
 
-BUDGET = 120.0  # s
+MOST_TIME = 120.0  # s
 TOLERANCES = (0.05, 0.02, 0.01, 0.005)
 COURANTS = (0.9, 0.5, 0.1, 0.02)
 GRIDS = tuple(round(36 * 2.0 ** (k / 2)) for k in range(-4, 5))  # cells along the generatrix, 9 to 144
-PARTS: tuple[tuple[Fidelity, Literal["edge", "cell"], tuple[float, ...]], ...] = (
+CHARTED: tuple[tuple[Fidelity, Literal["edge", "cell"], tuple[float, ...]], ...] = (
     ("lumped", "edge", COURANTS[:1]),
     ("axisymmetric", "edge", COURANTS),
     ("full", "edge", COURANTS),
@@ -278,7 +278,7 @@ def plan(case: Case) -> list[Setting]:
     """Return all settings that know the case's contact, the likely cheapest first."""
     least = least_cells(case)
     settings = {PAPER} if least <= PAPER.generatrix else set()
-    for fidelity, scheme, courants in PARTS:
+    for fidelity, scheme, courants in CHARTED:
         if {*case.contact} & {*UNKNOWN[fidelity]} - {"axis"}:  # it would answer another question
             continue
         for courant in courants:
@@ -298,7 +298,7 @@ def _hoop(case: Case, fidelity: Fidelity, n1: int) -> int:
     return max(round(n1 * case.grid.hoop / case.grid.generatrix), 8)
 
 
-def work_precision(case: Case, budget: float = BUDGET, report: Callable[[int, int, str], None] | None = None) -> WorkPrecision:
+def work_precision(case: Case, budget: float = MOST_TIME, report: Callable[[int, int, str], None] | None = None) -> WorkPrecision:
     """Compute a reference and as much of the plan as a budget (s) holds; Ctrl-C ends it early and keeps what was done.
 
     report: told runs done, runs planned, and what comes next. Compiling is no part of the budget.

@@ -43,8 +43,8 @@ def deviation(nodes, node, stride, rows, columns):
     mx, my, mz = inward_normal(nodes, node, stride)
     b11 = bend(nodes, node, stride, mx, my, mz)
     b22 = bend(nodes, node, ONE, mx, my, mz)
-    rising = along(nodes, node + stride + ONE, mx, my, mz) + along(nodes, node - stride - ONE, mx, my, mz)
-    falling = along(nodes, node + stride - ONE, mx, my, mz) + along(nodes, node - stride + ONE, mx, my, mz)
+    rising = component(nodes, node + stride + ONE, mx, my, mz) + component(nodes, node - stride - ONE, mx, my, mz)
+    falling = component(nodes, node + stride - ONE, mx, my, mz) + component(nodes, node - stride + ONE, mx, my, mz)
     b12 = 0.25 * (rising - falling)
     return 0.5 * (b11 * rows * rows + 2.0 * b12 * rows * columns + b22 * columns * columns)
 
@@ -52,12 +52,12 @@ def deviation(nodes, node, stride, rows, columns):
 @kernel
 def bend(nodes, node, stride, mx, my, mz):
     """Return m r_ii da_i^2 (m) along the line to the neighbours a stride away."""
-    outer = along(nodes, node + stride, mx, my, mz) + along(nodes, node - stride, mx, my, mz)
-    return outer - 2.0 * along(nodes, node, mx, my, mz)
+    outer = component(nodes, node + stride, mx, my, mz) + component(nodes, node - stride, mx, my, mz)
+    return outer - 2.0 * component(nodes, node, mx, my, mz)
 
 
 @kernel
-def along(nodes, node, mx, my, mz):
+def component(nodes, node, mx, my, mz):
     """Return a node's place (m) along a unit vector."""
     return mx * nodes.x[node] + my * nodes.y[node] + mz * nodes.z[node]
 
@@ -72,7 +72,7 @@ def separate_nodes(nodes, impulses, scene, lower, upper, slot, way):
     length, mass, sheet = scene.step.length, scene.mass, scene.sheet
     cx, cy, cz = way
     mass_lower, mass_upper = mass[row_of(sheet, lower)], mass[row_of(sheet, upper)]
-    apart = along(nodes, upper, cx, cy, cz) - along(nodes, lower, cx, cy, cz)
+    apart = component(nodes, upper, cx, cy, cz) - component(nodes, lower, cx, cy, cz)
     closing = length * (
         cx * (nodes.u[lower] - nodes.u[upper]) + cy * (nodes.v[lower] - nodes.v[upper]) + cz * (nodes.w[lower] - nodes.w[upper])
     )

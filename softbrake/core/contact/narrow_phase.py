@@ -11,7 +11,7 @@ from typing import NamedTuple
 
 from softbrake.core.contact.constants import (
     BISECTIONS,
-    ENOUGH,
+    HELD_PART,
     NEAR_REBOUND,
     PARALLEL,
     RIM,
@@ -22,7 +22,7 @@ from softbrake.core.contact.constants import (
 )
 from softbrake.core.jit import kernel
 
-NEVER = 2.0  # a time beyond the step, which lasts from 0 to 1
+BEYOND = 2.0  # a time beyond the step, which lasts from 0 to 1
 
 
 class Nearest(NamedTuple):
@@ -37,7 +37,7 @@ class Nearest(NamedTuple):
 class Crossing(NamedTuple):
     """When and where the parts of a pair first pass each other."""
 
-    time: float  # 0 … 1 within the step, or NEVER
+    time: float  # 0 … 1 within the step, or BEYOND
     normal: tuple[float, float, float]  # to the side from which the node, or the first edge, came
     weights: tuple[float, float, float, float]  # of the corners
 
@@ -185,7 +185,7 @@ def nearest(edges, q):
 
 
 @kernel
-def volume(ax, ay, az, bx, by, bz, cx, cy, cz):
+def triple_product(ax, ay, az, bx, by, bz, cx, cy, cz):
     """Return a · (b × c)."""
     return ax * (by * cz - bz * cy) + ay * (bz * cx - bx * cz) + az * (bx * cy - by * cx)
 
@@ -204,14 +204,14 @@ def crossing_of(edges, r0, a0, b0, r1, a1, b1):
     Or, of edges, when that from 0 to b passes the one from r to r + a, at t of b and s of a.
     Vectors at the start and at the end of the step, each moving evenly. The volume r · (a × b) is a cubic in time: with Bernstein
     coefficients of one sign it has no root; else its changes of sign between turning points are bisected, and the shares there
-    tell inside from outside. The normal points to the side from which the node came. The time is NEVER where it does not pass.
+    tell inside from outside. The normal points to the side from which the node came. The time is BEYOND where it does not pass.
     """
-    v0 = volume(*r0, *a0, *b0)
-    v3 = volume(*r1, *a1, *b1)
-    v1 = (volume(*r1, *a0, *b0) + volume(*r0, *a1, *b0) + volume(*r0, *a0, *b1)) / 3.0
-    v2 = (volume(*r0, *a1, *b1) + volume(*r1, *a0, *b1) + volume(*r1, *a1, *b0)) / 3.0
+    v0 = triple_product(*r0, *a0, *b0)
+    v3 = triple_product(*r1, *a1, *b1)
+    v1 = (triple_product(*r1, *a0, *b0) + triple_product(*r0, *a1, *b0) + triple_product(*r0, *a0, *b1)) / 3.0
+    v2 = (triple_product(*r0, *a1, *b1) + triple_product(*r1, *a0, *b1) + triple_product(*r1, *a1, *b0)) / 3.0
     if min(v0, v1, v2, v3) > 0.0 or max(v0, v1, v2, v3) < 0.0:
-        return NEVER, 0.0, 0.0, 0.0, 0.0, 0.0
+        return BEYOND, 0.0, 0.0, 0.0, 0.0, 0.0
     turn, last_turn = turning_points(v1 - v0, v2 - v1, v3 - v2)
     before, low = v0, 0.0
     for end in (turn, last_turn, 1.0):
@@ -224,8 +224,8 @@ def crossing_of(edges, r0, a0, b0, r1, a1, b1):
             bx, by, bz = rest * b0[0] + time * b1[0], rest * b0[1] + time * b1[1], rest * b0[2] + time * b1[2]
             nx, ny, nz = ay * bz - az * by, az * bx - ax * bz, ax * by - ay * bx
             square = nx * nx + ny * ny + nz * nz
-            s = volume(nx, ny, nz, rx, ry, rz, bx, by, bz) / square
-            t = volume(nx, ny, nz, ax, ay, az, rx, ry, rz) / square
+            s = triple_product(nx, ny, nz, rx, ry, rz, bx, by, bz) / square
+            t = triple_product(nx, ny, nz, ax, ay, az, rx, ry, rz) / square
             if edges:
                 s = -s
             if s >= -RIM and t >= -RIM and (max(s, t) if edges else s + t) <= 1.0 + RIM:
@@ -234,7 +234,7 @@ def crossing_of(edges, r0, a0, b0, r1, a1, b1):
         if value != 0.0:
             before = value
         low = end
-    return NEVER, 0.0, 0.0, 0.0, 0.0, 0.0
+    return BEYOND, 0.0, 0.0, 0.0, 0.0, 0.0
 
 
 @kernel
@@ -289,7 +289,7 @@ def crossing_of_face(start, end):
     c0 = (centre_of(x0), centre_of(y0), centre_of(z0))
     c1 = (centre_of(x1), centre_of(y1), centre_of(z1))
     r0, r1 = (-c0[0], -c0[1], -c0[2]), (-c1[0], -c1[1], -c1[2])
-    first, triangle, share, share_next, nx, ny, nz = NEVER, 0, 0.0, 0.0, 0.0, 0.0, 0.0
+    first, triangle, share, share_next, nx, ny, nz = BEYOND, 0, 0.0, 0.0, 0.0, 0.0, 0.0
     for k in range(4):
         n = (k + 1) % 4
         time, s, t, x, y, z = crossing_of(
@@ -344,7 +344,7 @@ def detect_collision(nodes, pair, scene, gap):
         return Collision(distance, Found.APART, 0.0, apart, there.weights)
     before = nearest(pair.edges, start)
     old = before.distance
-    if time > 1.0 and (distance > TINY_GAP * gap or distance >= ENOUGH * min(gap, old) or not before.presses):
+    if time > 1.0 and (distance > TINY_GAP * gap or distance >= HELD_PART * min(gap, old) or not before.presses):
         return Collision(distance, Found.APART, 0.0, apart, there.weights)
     # In the plane of the face, or turned right over within the step: the direction at n still tells the sides.
     scale = 1.0 / max(old, SMALLEST)

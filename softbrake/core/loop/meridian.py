@@ -29,7 +29,7 @@ from softbrake.core.contact.self_contact import overflown, resolve_self_contact_
 from softbrake.core.jit import kernel
 from softbrake.core.lanes import FIRST, ONE, lanes
 from softbrake.core.loop.ledger import raise_peak, record_history
-from softbrake.core.loop.step_size import along, joined, largest, rate_of
+from softbrake.core.loop.step_size import fold_largest, joined, rate_of, waves_along
 from softbrake.core.loop.time_loop import begin_step, choose_step, end_step, ran_away
 from softbrake.core.membrane.edges import SMALLEST_SQUARE
 from softbrake.core.membrane.tension import hooke, mean_of_corners, unilateral
@@ -421,7 +421,7 @@ def stable_step_of_meridian(model, nodes, meridian):
         e2[i] = max(abs(nodes.x[i]) * (1.0 / shape.radius[i]) - 1.0, 0.0)
         meridian.e[i] = dx * dx / square
     for i in range(ONE, uint64(n1)):
-        k1, t1, damping_1, wide_2, _ = along(model, by_row, i)
+        k1, t1, damping_1, wide_2, _ = waves_along(model, by_row, i)
         fabric, per_2 = cloth_around(model, i), 1.0 / shape.radius[i]
         breathing = fabric.h2 * per_2 * per_2  # side²/h2
         per_mass = breathing * model.per_mass[i]
@@ -433,7 +433,7 @@ def stable_step_of_meridian(model, nodes, meridian):
         rate = rate_of(model, by_row, i, square, joined(damping_1, damping_2, lean), fabric.h2 * per_2)
         by_row.rate[i] = rate
         meridian.force[i] = rate
-    return 2.0 / largest(meridian.force, ONE, n1 - 1)
+    return 2.0 / fold_largest(meridian.force, ONE, n1 - 1)
 
 
 @kernel

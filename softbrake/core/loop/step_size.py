@@ -40,7 +40,7 @@ def stable_step(model, nodes, workspace):
         by_row.e1[i] = longest(nodes, generatrix, node, stride, above, n2, shape.h1[i])
         by_row.e2[i] = longest(nodes, hoop, node - ONE, ONE, FIRST - ONE, n2 + 1, shape.h2[i])
         update_skew(generatrix, hoop, skew, below, above, n2)
-        by_row.skew[i] = largest(skew, uint64(0), n2)
+        by_row.skew[i] = fold_largest(skew, uint64(0), n2)
     for i in range(ONE, uint64(n1)):
         by_row.rate[i] = fastest_rate(model, by_row, i)
         fastest = max(fastest, by_row.rate[i])
@@ -69,7 +69,7 @@ def longest(nodes, edges, node, step, edge, count, spacing):
         edges.y[c] = dy * per_length
         edges.z[c] = dz * per_length
         edges.e[c] = stretch
-    return max(sqrt(largest(edges.e, edge, count)) - 1.0, 0.0)
+    return max(sqrt(fold_largest(edges.e, edge, count)) - 1.0, 0.0)
 
 
 @kernel
@@ -90,7 +90,7 @@ def update_skew(generatrix, hoop, skew, below, above, columns):
 
 
 @kernel
-def largest(values, first, count):
+def fold_largest(values, first, count):
     """Return the largest of some values, which are used up: the row is folded in halves, since a running maximum is no SIMD."""
     while count > 1:
         half = (count + 1) // 2
@@ -110,7 +110,7 @@ def fastest_rate(model, by_row, i):
     modulus is large: see coupled. A few light rows between heavy ones cannot alternate wholly, so they feel these at once.
     """
     fabric, e1, e2 = cloth_around(model, i), by_row.e1, by_row.e2
-    k1, t1, damping_1, wide_2, between = along(model, by_row, i)
+    k1, t1, damping_1, wide_2, between = waves_along(model, by_row, i)
     per_mass = 4.0 * model.per_mass[i]
     shared = model.shared[i]
     longer = max(e1[i - ONE], e1[i])
@@ -136,7 +136,7 @@ def fastest_rate(model, by_row, i):
 
 
 @kernel
-def along(model, by_row, i):
+def waves_along(model, by_row, i):
     """Return k1 and t1 (1/s^2), D1 (1/s) of row i, the hoop's width per unloaded width, and the 1/m (1/kg) in k1.
 
     Held rows have no 1/m.

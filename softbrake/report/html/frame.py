@@ -89,7 +89,7 @@ def figures(kind: str, drawn: Sequence[Figure]) -> str:
     parts = []
     for figure in drawn:
         label = escape(str(figure.get_label()))
-        name, _, rest = label.partition(panels.GAP)
+        name, _, rest = label.partition(panels.SPACE)
         caption = f"{name} <span>{rest}</span>" if rest else label
         picture = re.sub(r"<svg [^>]*(viewBox=\"[^\"]*\")[^>]*>", rf'<svg \1 role="img" aria-label="{label}">', as_svg(figure))
         parts.append(f"<figure><figcaption>{caption}</figcaption>{picture}</figure>")

@@ -36,7 +36,7 @@ class Answer(NamedTuple):
     scale: float  # of the SI value
 
 
-ANSWERS = (
+DRAWN = (
     Answer("impact_velocity", "impact velocity", "m/s", 1.0),
     Answer("peak_deceleration", "peak deceleration, 1 kHz", "g", 1 / STANDARD_GRAVITY),
     *(Answer(f"peak_tension_{tension}", f"peak tension, {tension}", "kN/m", 1e-3) for tension in TENSIONS),
@@ -96,7 +96,7 @@ def _charts(rows: Sequence[dict[str, str]], axes: Sequence[Axis]) -> str:
     for axis in axes:
         with suppress(ValueError):  # words
             scales.append(Scale(axis, [float(row[axis.path]) for row in rows]))
-    columns = [(one, _column(rows, one.column, one.scale)) for one in ANSWERS]
+    columns = [(one, _column(rows, one.column, one.scale)) for one in DRAWN]
     columns = [(one, values) for one, values in columns if np.isfinite(values).any()]
     if len(scales) == len(axes) == 2 and spread(scales):
         drawn = [map_chart(one.title[0].upper() + one.title[1:], one.unit, scales, values) for one, values in columns]
@@ -116,7 +116,7 @@ def _charts(rows: Sequence[dict[str, str]], axes: Sequence[Axis]) -> str:
 
 
 def _runs(rows: Sequence[dict[str, str]], axes: Sequence[Axis]) -> str:
-    shown = [answer for answer in ANSWERS if np.isfinite(_column(rows, answer.column, 1.0)).any()]
+    shown = [answer for answer in DRAWN if np.isfinite(_column(rows, answer.column, 1.0)).any()]
     names = [f"{axis.path}, {axis.shown}" if axis.shown else axis.path for axis in axes]
     head = ["run", "outcome", *names, *(f"{one.title}, {one.unit}" for one in shown)]
     lines = []

@@ -18,7 +18,7 @@ from softbrake.sim.summary import Summary
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-GAP = "   "  # between time and speed of a caption
+SPACE = "   "  # between time and speed of a caption
 
 
 def draw_speed(axes: Axes, case: dict[str, Any], history: NDArray[Any], summary: Summary | None) -> None:
@@ -108,7 +108,7 @@ def moments(shots: Snapshots, count: int) -> list[int]:
 
 def when(shots: Snapshots, shot: int) -> str:
     """Time and downward speed of a snapshot."""
-    return f"{shots.times[shot] * 1e3:.1f} ms{GAP}{round(-shots.velocity[shot], 2) + 0.0:.2f} m/s"
+    return f"{shots.times[shot] * 1e3:.1f} ms{SPACE}{round(-shots.velocity[shot], 2) + 0.0:.2f} m/s"
 
 
 def cut(shots: Snapshots, shot: int) -> list[tuple[NDArray[Any], NDArray[Any]]]:
