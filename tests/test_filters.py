@@ -161,7 +161,7 @@ def test_deceleration_keeps_the_momentum_between_rows() -> None:
         (np.linspace(0.0, 0.1, 101), 60, None),
         (np.linspace(0.0, 0.1, 101), 180, "rows 1 ms apart, 0.56 allowed"),
         (np.delete(np.linspace(0.0, 0.1, 1001), slice(500, 520)), 60, "rows 2.1 ms apart, 1.7 allowed"),
-        (np.linspace(0.0, 0.005, 1001), 60, "5 ms long, 24 wanted"),
+        (np.linspace(0.0, 0.005, 1001), 60, "5 ms long, 24 expected"),
         (np.linspace(0.0, 0.005, 1001), 600, None),
         (np.zeros(1), 60, "fewer than two rows"),
         (np.zeros(0), 60, "fewer than two rows"),

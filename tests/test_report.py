@@ -181,8 +181,8 @@ def test_phases_and_filtered_peaks_are_shown(tmp_path: Path) -> None:
     assert "peak deceleration, CFC 180\n1.50 g\nnet of gravity: an accelerometer reads 1 g more; at 5 ms, overshoot; " in words
     assert "behind a one-way low-pass of 1 kHz 2.04 g; at 4 ms, overshoot; crushing: 1.00 g" in words
     assert "at 60 ms, 0.3 m up the shell, crushing; overshoot: 6.00 kN/m; CFC 180: 7.00 kN/m, crushing" in words
-    replace_summary(file, replace(drop.summary(), filtered=FilteredPeaks(60, "5 ms long, 24 wanted")))
-    assert "CFC 60: none, 5 ms long, 24 wanted" in Page(result_page(file)).words
+    replace_summary(file, replace(drop.summary(), filtered=FilteredPeaks(60, "5 ms long, 24 expected")))
+    assert "CFC 60: none, 5 ms long, 24 expected" in Page(result_page(file)).words
 
 
 def test_card_and_curve_of_the_deceleration_are_one_signal(tmp_path: Path) -> None:

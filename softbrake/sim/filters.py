@@ -48,8 +48,8 @@ def unfit(time: Floats, cfc: float) -> str | None:
     apart, allowed = float(np.diff(time).max(initial=0.0)), 1.0 / (LEAST_ROWS * cfc)
     if apart > allowed:
         return f"rows {apart * 1e3:.2g} ms apart, {allowed * 1e3:.2g} allowed"
-    lasts, wanted = float(time[-1] - time[0]), LEAST_PERIODS / (CORNER * cfc)
-    return f"{lasts * 1e3:.2g} ms long, {wanted * 1e3:.2g} wanted" if lasts < wanted else None
+    lasts, least = float(time[-1] - time[0]), LEAST_PERIODS / (CORNER * cfc)
+    return f"{lasts * 1e3:.2g} ms long, {least * 1e3:.2g} expected" if lasts < least else None
 
 
 def filtered(time: Floats, values: Floats, cfc: float) -> tuple[Floats, Floats] | None:

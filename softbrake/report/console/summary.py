@@ -164,8 +164,8 @@ def _print_sensitivity(found: Sensitivities, console: Console) -> None:
         for row in found.inputs
     ]
     rows.append(["standard error", *(f"{found.errors[name]:.2g}" for name in names)])
-    rows.append(["off straight lines, %", *(f"{100 * found.noise[name]:.2g}" for name in names)])
-    rows.append(["steps up to, %", *(f"{100 * found.steps[name]:g}" for name in names)])
+    rows.append(["scatter, %", *(f"{100 * found.noise[name]:.2g}" for name in names)])
+    rows.append(["widest change, %", *(f"{100 * found.steps[name]:g}" for name in names)])
     columns = [Column("% per 1 % of", right=False, breaks=True), *(Column(heads[name]) for name in names)]
     print_columns(console, columns, rows, gap=1)
 
