@@ -51,7 +51,7 @@ def mean_of_corners(alone, own, one, two, viscous):
 
 @kernel
 def update_field_tension(fabric, edges, others, tension, place, edge, lower, upper, count, modulus, stiffness, width):
-    """Update the tension along a row of edges by the tension field at the four corners of each.
+    """Update the tension along a row of edges by the tension field, for (2.9), at the four corners of each.
 
     modulus, stiffness (N/m): E and C of elongation along; width: unloaded, of an edge (m).
     Reads edges.e, inverse, rate at offset edge; others.e before and at offsets lower, upper.
