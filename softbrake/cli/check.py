@@ -9,6 +9,7 @@ import typer
 
 from softbrake.cli import cases
 from softbrake.cli.exits import fail
+from softbrake.cli.files import check_place, writing
 from softbrake.cli.options import CasePath, Overrides
 
 
@@ -56,15 +57,14 @@ def init(
 ) -> None:
     """Write a commented starter case."""
     from softbrake.case.schema import starter
+    from softbrake.sim.files import write_text
 
     if str(file) == "-":
         typer.echo(starter(), nl=False)
         return
-    try:
-        with file.open("w" if force else "x", encoding="utf-8") as stream:
-            stream.write(starter())
-    except FileExistsError:
+    check_place(file)
+    if file.exists() and not force:
         fail(f"{file}: exists already; --force replaces it")
-    except OSError as error:
-        fail(f"{file}: {error.strerror}")
+    with writing(file):
+        write_text(file, starter())
     typer.echo(f"{file} written; next: softbrake run {file}")

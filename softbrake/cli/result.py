@@ -9,6 +9,7 @@ import typer
 
 from softbrake.cli.answer import check_scale, show
 from softbrake.cli.exits import fail
+from softbrake.cli.files import check_place, writing
 from softbrake.cli.options import Dimensionless, Json, ResultPath
 
 
@@ -52,12 +53,12 @@ def plot(
     from softbrake.sim.result_file import ResultError
 
     picture = output or _beside(result, ".png")
+    check_place(picture)
     try:
-        plot_result(result, picture, dimensionless)
+        with writing(picture):
+            plot_result(result, picture, dimensionless)
     except (PlotError, ResultError) as error:
         fail(error)
-    except OSError as error:
-        fail(f"{picture}: {error.strerror or error}")
     typer.echo(f"{picture} written")
 
 
@@ -77,12 +78,12 @@ def report(
         fail(f"{page}: the name of a page ends in .html")
     if page.resolve() == result.resolve():
         fail(f"{page}: is the result; --output must name another file")
+    check_place(page)
     try:
-        write_report(result, page)
+        with writing(page):
+            write_report(result, page)
     except (PlotError, ResultError) as error:
         fail(error)
-    except OSError as error:
-        fail(f"{page}: cannot be written: {error.strerror or error}")
     typer.echo(f"{page} written")
 
 
