@@ -1,4 +1,4 @@
-"""softbrake info, plot and report: what is in a result."""
+"""softbrake info, plot, export and report: what is in a result."""
 
 from __future__ import annotations
 
@@ -60,6 +60,31 @@ def plot(
     except (PlotError, ResultError) as error:
         fail(error)
     typer.echo(f"{picture} written")
+
+
+def export(
+    result: ResultPath,
+    xdmf: Annotated[bool, typer.Option("--xdmf", help="As XDMF, for ParaView before 5.12; points into RESULT.")] = False,
+    output: Annotated[
+        Path | None, typer.Option("--output", "-o", metavar="FILE", help="Default: RESULT with .xdmf, beside it.")
+    ] = None,
+) -> None:
+    """Write a sidecar by which other programs read a result file."""
+    from softbrake.report.xdmf import write_xdmf
+    from softbrake.sim.result_file import ResultError
+
+    if not xdmf:
+        fail("export: to what? --xdmf is expected")
+    file = output or _beside(result, ".xdmf")
+    if file.suffix != ".xdmf":
+        fail(f"{file}: the name of the sidecar ends in .xdmf, for ParaView to know it")
+    check_place(file)
+    try:
+        with writing(file):
+            write_xdmf(result, file)
+    except ResultError as error:
+        fail(error)
+    typer.echo(f"{file} written; it needs {result} at its place")
 
 
 def report(

@@ -371,6 +371,35 @@ def read_snapshots(path: Path | str, *fields: str) -> Snapshots:
         )
 
 
+@dataclass(frozen=True)
+class Layout:
+    """How much of what a result file holds; cells are in the order of lines and polygons."""
+
+    times: Floats  # s, (k,), of the snapshots
+    points: int  # of a snapshot, with the ground's corners last
+    cells: int
+    generatrix: int  # cells of the shell
+    hoop: int
+    belts: int
+    connectivity: dict[str, int]  # entries of Lines and Polygons
+
+
+def read_layout(path: Path | str) -> Layout:
+    """Sizes of a result file. Raises ResultError."""
+    case = read_case(path)
+    with _open(path) as file:
+        root = file["VTKHDF"]
+        return Layout(
+            times=root["Steps/Values"][: int(root["Steps"].attrs["NSteps"])],
+            points=int(root["NumberOfPoints"][0]),
+            cells=len(root["CellData/part"]),
+            generatrix=case["grid"]["generatrix"],
+            hoop=case["grid"]["hoop"],
+            belts=int(root["Lines/NumberOfCells"][0]),
+            connectivity={name: len(root[f"{name}/Connectivity"]) for name in ("Lines", "Polygons")},
+        )
+
+
 def replace_summary(path: Path | str, summary: Summary) -> None:
     """Write another answer over that of a finished run. Raises ResultError."""
     with held_interrupt(), _writing(path), _staged(path, "r+") as file:
