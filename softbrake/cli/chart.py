@@ -9,7 +9,7 @@ import typer
 
 from softbrake.cli import cases
 from softbrake.cli.exits import FAILED, INTERRUPTED, compile_for, fail
-from softbrake.cli.files import check_place, writing
+from softbrake.cli.files import check_place, drawing, writing
 from softbrake.cli.options import CasePath, Overrides, Quiet
 
 
@@ -55,7 +55,7 @@ def chart(
     print_work_precision(found, f"softbrake run {shlex.quote(str(case_file))}{sets}")
     with writing(table):
         write_csv(found, table)
-    with writing(picture):
+    with drawing(picture):
         draw_work_precision(found, picture)
     typer.echo(f"\n{picture}, {table} written")
     if found.interrupted:

@@ -45,6 +45,18 @@ def writing(file: Path) -> Iterator[None]:
         fail(f"{file}: cannot be written: {error.strerror or error}", FAILED)
 
 
+@contextmanager
+def drawing(picture: Path) -> Iterator[None]:
+    """As `writing`, of a picture of results that are printed or written already."""
+    from softbrake.report.plots.style import PlotError
+
+    try:
+        with writing(picture):
+            yield
+    except PlotError as error:
+        fail(error, FAILED)
+
+
 def check_place(file: Path) -> None:
     """Say before the run whether a file can be written after it."""
     import os

@@ -10,7 +10,7 @@ import typer
 
 from softbrake.cli import cases
 from softbrake.cli.exits import FAILED, INTERRUPTED, compile_for, fail
-from softbrake.cli.files import check_place, writing
+from softbrake.cli.files import check_place, drawing, writing
 from softbrake.cli.options import CasePath, Overrides
 
 if TYPE_CHECKING:
@@ -70,7 +70,7 @@ def stability(
 
         with writing(table):
             write_csv(points, axes, table)
-        with writing(picture):
+        with drawing(picture):
             draw_map(points, axes, picture)
         typer.echo(f"{picture} and {table} written")
     if not own.edge_found:

@@ -32,7 +32,7 @@ Scheduler = Annotated[
     str | None, typer.Option("--scheduler", metavar="ADDRESS", help="Run on the workers of a dask scheduler, tcp://…")
 ]
 Part = Annotated[str | None, typer.Option("--shard", metavar="I/N", help="Run each N-th case from the I-th on; see merge.")]
-Histories = Annotated[bool, typer.Option("--histories", help="Keep the histories of all runs in histories.h5.")]
+Histories = Annotated[bool, typer.Option("--histories", help="Keep the histories of all runs in histories.h5; says its size.")]
 
 
 def sweep(
