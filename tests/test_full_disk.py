@@ -3,8 +3,10 @@
 import errno
 import os
 import resource
+import signal
 import subprocess
 import sys
+import time
 from pathlib import Path
 
 import h5py
@@ -59,9 +61,9 @@ def write_drop(path: Path) -> list[str | None]:
     """Write a drop as a run does, flushed at every chance; returns the fault told with the answer."""
     case = drop.case(4, 8)
     with ResultFile.create(path, case, version="1", source_hash="a") as file:
-        for time in np.linspace(0.0, drop.END, 9):
-            drop.add_snapshot(file, case, time)
-            file.add_history(drop.history(np.linspace(time, time + 0.01, 20)))
+        for at in np.linspace(0.0, drop.END, 9):
+            drop.add_snapshot(file, case, at)
+            file.add_history(drop.history(np.linspace(at, at + 0.01, 20)))
         return [file.write_summary(drop.summary()).results_fault]
 
 
@@ -84,8 +86,8 @@ def test_a_disk_full_at_any_point_leaves_a_readable_file(tmp_path: Path, monkeyp
             continue
         shots = results.read_snapshots(path)
         count.append(len(shots.times))
-        for time, xyz in zip(shots.times, shots.xyz, strict=True):
-            np.testing.assert_array_equal(xyz, drop.shape(drop.case(4, 8), time)[0].astype("f4"))
+        for at, xyz in zip(shots.times, shots.xyz, strict=True):
+            np.testing.assert_array_equal(xyz, drop.shape(drop.case(4, 8), at)[0].astype("f4"))
         assert len(results.read_history(path)) in (20 * count[-1], 20 * max(count[-1] - 1, 0))
         assert results.read_summary(path) is None
         assert fault is not None and fault.startswith(f"{path}: cannot be written: ")
@@ -242,6 +244,37 @@ def test_outputs_without_room_leave_nothing(tmp_path: Path, environment: dict[st
     assert done.stderr.splitlines()[-1] == f"{made}: cannot be written: File too large"
     assert "Traceback" not in done.stderr
     assert [path.name for path in tmp_path.iterdir()] == ["drop.vtkhdf"]
+
+
+@pytest.mark.slow
+def test_a_kill_at_any_point_leaves_a_readable_file(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """From the first byte to the packed file; and the next run takes the place of a killed one."""
+    monkeypatch.setattr(results, "SECONDS_KEPT", 0.0)
+    path, random, case = tmp_path / "drop.vtkhdf", np.random.default_rng(16), drop.case(4, 8)
+    started = time.monotonic()
+    write_drop(path)
+    span = time.monotonic() - started
+    ends = set()
+    for delay in random.uniform(0.0, span, 50):
+        for file in tmp_path.iterdir():
+            file.unlink()
+        child = os.fork()
+        if child == 0:
+            write_drop(path)
+            os._exit(0)
+        time.sleep(delay)
+        os.kill(child, signal.SIGKILL)
+        os.waitpid(child, 0)
+        if not path.exists():
+            ends.add("none")
+            continue
+        shots, history = results.read_snapshots(path), results.read_history(path)
+        for at, xyz in zip(shots.times, shots.xyz, strict=True):
+            np.testing.assert_array_equal(xyz, drop.shape(case, at)[0].astype("f4"))
+        assert np.isfinite(history["height"]).all()
+        ends.add("answer" if results.read_summary(path) is not None else "part")
+    assert "part" in ends
+    assert write_drop(path) == [None]
 
 
 # Places that are taken
