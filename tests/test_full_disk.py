@@ -3,10 +3,8 @@
 import errno
 import os
 import resource
-import signal
 import subprocess
 import sys
-import time
 from pathlib import Path
 
 import h5py
@@ -57,14 +55,24 @@ class Disk:
             monkeypatch.setattr(StagedFile, "_put", put_what_fits)
 
 
-def write_drop(path: Path) -> list[str | None]:
+def write_drop(path: Path, snapshots: int = 9) -> list[str | None]:
     """Write a drop as a run does, flushed at every chance; returns the fault told with the answer."""
     case = drop.case(4, 8)
     with ResultFile.create(path, case, version="1", source_hash="a") as file:
-        for at in np.linspace(0.0, drop.END, 9):
+        for at in np.linspace(0.0, drop.END, snapshots):
             drop.add_snapshot(file, case, at)
             file.add_history(drop.history(np.linspace(at, at + 0.01, 20)))
         return [file.write_summary(drop.summary()).results_fault]
+
+
+def check_drop(path: Path) -> int:
+    """Check all that is in a file of `write_drop`; returns its number of snapshots."""
+    shots, history = results.read_snapshots(path), results.read_history(path)
+    for at, xyz in zip(shots.times, shots.xyz, strict=True):
+        np.testing.assert_array_equal(xyz, drop.shape(drop.case(4, 8), at)[0].astype("f4"))
+    assert len(history) >= 20 * (len(shots.times) - 1)
+    assert (history["ground_force"] > 0.0).all()
+    return len(shots.times)
 
 
 @pytest.mark.slow
@@ -247,34 +255,28 @@ def test_outputs_without_room_leave_nothing(tmp_path: Path, environment: dict[st
 
 
 @pytest.mark.slow
-def test_a_kill_at_any_point_leaves_a_readable_file(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """From the first byte to the packed file; and the next run takes the place of a killed one."""
+@pytest.mark.parametrize(("snapshots", "share"), [(9, 1.0), (70, 0.1)])
+def test_a_kill_between_any_two_writes_leaves_a_readable_file(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, snapshots: int, share: float
+) -> None:
+    """From the first byte to the packed file; 70 snapshots split the tables of chunks."""
     monkeypatch.setattr(results, "SECONDS_KEPT", 0.0)
-    path, random, case = tmp_path / "drop.vtkhdf", np.random.default_rng(16), drop.case(4, 8)
-    started = time.monotonic()
-    write_drop(path)
-    span = time.monotonic() - started
-    ends = set()
-    for delay in random.uniform(0.0, span, 50):
-        for file in tmp_path.iterdir():
-            file.unlink()
-        child = os.fork()
-        if child == 0:
-            write_drop(path)
-            os._exit(0)
-        time.sleep(delay)
-        os.kill(child, signal.SIGKILL)
-        os.waitpid(child, 0)
-        if not path.exists():
-            ends.add("none")
-            continue
-        shots, history = results.read_snapshots(path), results.read_history(path)
-        for at, xyz in zip(shots.times, shots.xyz, strict=True):
-            np.testing.assert_array_equal(xyz, drop.shape(case, at)[0].astype("f4"))
-        assert np.isfinite(history["height"]).all()
-        ends.add("answer" if results.read_summary(path) is not None else "part")
-    assert "part" in ends
-    assert write_drop(path) == [None]
+    path, put, random = tmp_path / "drop.vtkhdf", StagedFile._put, np.random.default_rng(16)
+    states: list[bytes] = []
+
+    def look_and_put(file: StagedFile, offset: int, data: bytes) -> None:
+        if path.exists() and random.random() < share:
+            states.append(path.read_bytes())  # as a kill would leave it here
+        put(file, offset, data)
+
+    monkeypatch.setattr(StagedFile, "_put", look_and_put)
+    assert write_drop(path, snapshots) == [None]
+    assert len(states) > 200
+    counts = []
+    for state in states:
+        path.write_bytes(state)
+        counts.append(check_drop(path))
+    assert counts == sorted(counts) and counts[-1] == snapshots
 
 
 # Places that are taken

@@ -70,6 +70,9 @@ def hold(file: Path) -> Callable[[], None]:
     return release
 
 
+_CHUNK_TABLE = b"TREE\x01"  # a node of the B-tree of a dataset's chunks begins so
+
+
 class StagedFile(io.RawIOBase):
     """A file for h5py that takes what HDF5 flushes all at once, once there is room for it.
 
@@ -123,12 +126,20 @@ class StagedFile(io.RawIOBase):
         return self._size
 
     def flush(self) -> None:
-        """Bring what is staged to the disk: first what makes the file longer, which alone can lack room."""
+        """Bring what is staged to the disk, in an order that a kill may cut off anywhere.
+
+        First what makes the file longer, which alone can lack room; then the superblock, which says how long it is; then the
+        tables of chunks; then, as HDF5 wrote it, the rest, which has the sizes of datasets.
+        """
         if self.fault is not None or self.closed or not (self._staged or self._size != self._kept):
             return
         try:
             self._reserve()
-            for offset, data in sorted(self._staged, key=lambda part: part[0] < self._kept):  # else in the order of HDF5
+            old = [part for part in self._staged if part[0] < self._kept]
+            for offset, data in (part for part in self._staged if part[0] >= self._kept):
+                self._put(offset, data)
+            self._disk.truncate(max(self._size, self._kept))
+            for offset, data in sorted(old, key=lambda part: (part[0] > 0, not part[1].startswith(_CHUNK_TABLE))):
                 self._put(offset, data)
             self._disk.truncate(self._size)
         except OSError as error:

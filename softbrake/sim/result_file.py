@@ -193,10 +193,12 @@ class ResultFile:
                 times = self._kept.pop(self._times, [])
                 for dataset, rows in self._kept.items():
                     _append(dataset, np.concatenate(rows))
-                if times:  # the counter last: VTK aborts on a file whose counter and arrays disagree
+                if times:
                     _append(self._times, np.concatenate(times))
-                    self._steps.attrs.modify("NSteps", len(self._times))
                 self._file.flush()
+                if times:  # the counter last: VTK aborts on a file whose counter and arrays disagree
+                    self._steps.attrs.modify("NSteps", len(self._times))
+                    self._file.flush()
             if times and self._staged.fault is None:
                 self._whole_until = float(times[-1][-1])
         self._kept, self._bytes_kept, self._written = {}, 0, time.monotonic()
