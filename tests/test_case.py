@@ -8,6 +8,7 @@ import pickle
 import re
 import subprocess
 import sys
+from contextlib import suppress
 from pathlib import Path
 
 import pytest
@@ -19,7 +20,7 @@ from softbrake.case.schema import schema, starter
 from softbrake.case.sections.belts import Belt
 from softbrake.case.sections.fabric import SHEAR
 from softbrake.case.sections.top import TOP
-from softbrake.case.units import Dimension, parse_quantity
+from softbrake.case.units import Dimension, parse_quantity, pattern
 
 CONFIGS = sorted((Path(__file__).parent.parent / "configs").glob("*.yaml"))
 
@@ -715,6 +716,9 @@ def test_schema() -> None:
         good | {"output": {"cfc": 100}},
         good | {"grid": {"hoops": 90}},
         good | {"gravity": "-1 m/s^2"},
+        good | {"shell": good["shell"] | {"height": "0.6 kg"}},
+        good | {"shell": good["shell"] | {"height": "0.6 meters"}},
+        good | {"gravity": "9.8 m/s"},
         good | {"fabric": fabric | {"E11": 1}},
         good | {"fabric": fabric | {"E11": 1, "E22": 1}},
         good | {"fabric": fabric | {"damping_ratio": 0.1}},
@@ -727,6 +731,31 @@ def test_schema() -> None:
         good | {"pressure": {"law": "table", "times": [0], "values": [0]}},
     ):
         assert not validator.is_valid(wrong), wrong
+
+
+def test_schema_knows_the_dimension_of_two_factors() -> None:
+    """It takes what the program takes and nothing else; of three factors it takes all that the program does."""
+    factors = [
+        f"{name}{power}" for name in ("m", "mm", "kg", "s", "N", "kN", "Pa", "bar", "%") for power in ("", "^2", "³", "^-1")
+    ]
+    pairs = [f"{one}{joint}{other}" for one in factors for joint in ("*", " / ", " ") for other in factors]
+    triples = ["N*s/m", "kg/m/s", "kg*m/s²", "kg m s^-2", "N/m * s", "kg/m·s^-2", "kN·ms/mm", "kg/s^2/m"]
+    for dimension in Dimension:
+        known = re.compile(pattern(dimension))
+        for unit in ("", *factors, *pairs, "metre", "KG", "m+m"):
+            text = f"1.5e1 {unit}"
+            try:
+                parse_quantity(text, dimension)
+            except ValueError:
+                assert not known.search(text), (dimension, text)
+            else:
+                assert known.search(text), (dimension, text)
+        for unit in triples:
+            with suppress(ValueError):
+                parse_quantity(f"2 {unit}", dimension)
+                assert known.search(f"2 {unit}"), (dimension, unit)
+        for text in ("", "m", "-1", "1,5 m", "1..5"):
+            assert not known.search(text)
 
 
 def test_schema_beside_the_shipped_cases() -> None:

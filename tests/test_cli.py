@@ -159,7 +159,7 @@ def test_init_writes_a_case_that_checks_and_never_overwrites_unasked(softbrake: 
         (["run", "PAPER", "-o", "drop.vtkhdf", "--no-results"], "exclude each other"),
         (["run", "PAPER", "--no-results", "--dimensionless", "--set", "pressure.value=0"], "no pressure"),
         (["check", "folder.vtkhdf"], "folder.vtkhdf"),
-        (["init", "nowhere/case.yaml"], "nowhere/case.yaml: No such file or directory"),
+        (["init", "nowhere/case.yaml"], "nowhere/case.yaml: there is no folder nowhere"),
         (["info", "missing.vtkhdf"], "missing.vtkhdf"),
         (["info", "junk.vtkhdf"], "junk.vtkhdf"),
         (["plot", "missing.vtkhdf"], "missing.vtkhdf"),
@@ -368,7 +368,9 @@ def test_info_of_a_killed_run(tmp_path: Path) -> None:
 def test_info_repeats_the_summary_and_scales_tensions(tmp_path: Path) -> None:
     file = tmp_path / "drop.vtkhdf"
     synthetic_drop.write(file, synthetic_drop.case())
-    assert json.loads(CliRunner().invoke(app, ["info", str(file), "--json"]).stdout) == asdict(synthetic_drop.summary())
+    assert json.loads(CliRunner().invoke(app, ["info", str(file), "--json"]).stdout) == asdict(
+        replace(synthetic_drop.summary(), results=str(file))
+    )
     assert "1.699 T0/L" in CliRunner().invoke(app, ["info", str(file), "--dimensionless"]).stdout
 
 
@@ -443,7 +445,7 @@ def test_warmup_leaves_nothing_to_compile(paper: Path, tmp_path: Path, environme
     for fidelity, self_contact in ALL_KERNELS:
         contact = f"contact={'full' if self_contact else 'paper'}"
         changes = [word for change in (f"model.fidelity={fidelity}", contact) for word in ("--set", change)]
-        words = [sys.executable, "-m", "softbrake", "run", str(paper), *SMALL[:2], "--set", "time.end=1ms", *changes]
+        words = [sys.executable, "-m", "softbrake", "run", str(paper), *SMALL[:2], "--set", "time.end=1ms", "--force", *changes]
         run = subprocess.run(words, cwd=tmp_path, env=speaking, capture_output=True, text=True, timeout=PATIENCE)
         assert run.returncode == 0
         assert "compiling" not in run.stderr
@@ -479,3 +481,12 @@ def test_a_peak_whose_error_has_no_bound_says_so() -> None:
     hoop = next(line for line in printed(answer).splitlines() if line.startswith("peak tension, hoop"))
     generatrix = next(line for line in printed(answer).splitlines() if line.startswith("peak tension, generatrix"))
     assert "± no bound, at" in hoop and "±" not in generatrix
+
+
+def test_check_says_what_holds_after_the_rows_of_a_table(paper: Path) -> None:
+    table = "pressure={law: table, times: [0, 0.1 s], values: [0, 15 kPa]}"
+    assert (
+        "  pressure            1.5e+04 Pa from 0.1 s on\n"
+        in CliRunner().invoke(app, ["check", str(paper), "--set", table]).stdout
+    )
+    assert "  pressure " not in CliRunner().invoke(app, ["check", str(paper)]).stdout

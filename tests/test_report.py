@@ -465,7 +465,7 @@ def test_command(softbrake: Command, tmp_path: Path) -> None:
     Page((tmp_path / "drop.html").read_text(encoding="utf-8"))
     for arguments, fault in (
         (("none.vtkhdf",), "none.vtkhdf: cannot be read: No such file"),
-        (("drop.vtkhdf", "-o", "no/page.html"), "no/page.html: cannot be written: No such file or directory"),
+        (("drop.vtkhdf", "-o", "no/page.html"), "no/page.html: there is no folder no"),
         (("drop.html",), "drop.html: cannot be read"),
         (("drop.vtkhdf", "-o", "drop.vtkhdf"), "drop.vtkhdf: the name of a page ends in .html"),
         (("drop.html", "-o", "./drop.html"), "drop.html: is the result"),

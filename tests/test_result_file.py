@@ -52,12 +52,14 @@ def test_vtk_reads_every_step_exactly(small: Path) -> None:
         points = numpy_support.vtk_to_numpy(poly.GetPoints().GetData())
         np.testing.assert_array_equal(points[:-4], xyz.reshape(-1, 3).astype("f4"))
         assert np.all(points[-4:, 2] < 0)
+        assert np.abs(points[-4:, :2]).max() == np.abs(points[:-4, :2]).max()  # the shell sets the bounds
         for name in results.POINT_FIELDS:
             values = numpy_support.vtk_to_numpy(poly.GetPointData().GetArray(name))
             np.testing.assert_array_equal(values[:-4], fields[name].reshape(-1, *values.shape[1:]).astype("f4"))
+            assert name == "velocity" or values[-4:].tolist() == [values[:-4].min()] * 4  # and the colours
         height, velocity = drop.cargo(at)
         scalars = {name: poly.GetFieldData().GetArray(name).GetValue(0) for name in results.SCALARS}
-        assert scalars == {"height": height, "velocity": velocity, "pressure": drop.PRESSURE}
+        assert scalars == {"cover_height": height, "cargo_velocity": velocity, "gas_pressure": drop.PRESSURE}
         part = numpy_support.vtk_to_numpy(poly.GetCellData().GetArray("part"))
         assert part.tolist() == [1] * 2 + [0] * 48 + [2, 3, 4]
         pressure = numpy_support.vtk_to_numpy(poly.GetCellData().GetArray("pressure"))
@@ -97,7 +99,7 @@ def test_history_round_trip_with_units(tmp_path: Path) -> None:
 def test_case_summary_snapshots_round_trip(small: Path) -> None:
     case = drop.case(6, 8, belts=2)
     assert results.read_case(small) == json.loads(json.dumps(case_to_dict(case)))
-    assert results.read_summary(small) == drop.summary()
+    assert results.read_summary(small) == replace(drop.summary(), results=str(small))
     snapshots = results.read_snapshots(small, "tension_hoop", "velocity")
     xyz, fields = drop.shape(case, snapshots.times[5])
     np.testing.assert_array_equal(snapshots.xyz[5], xyz.astype("f4"))
@@ -241,14 +243,14 @@ def test_phases_and_filtered_peaks_round_trip(tmp_path: Path, small: Path) -> No
         replace(drop.summary(), filtered=FilteredPeaks(60, "rows 3 ms apart, 1.7 allowed")),
     ):
         results.replace_summary(file, answer)
-        assert results.read_summary(file) == answer
+        assert results.read_summary(file) == replace(answer, results=str(file))
     with h5py.File(file, "a") as opened:
         older = json.loads(opened["softbrake/summary"][()])
         del older["filtered"], opened["softbrake/summary"]
         for peak in older["peaks"].values():
             del peak["phase"], peak["other"]
         opened["softbrake/summary"] = json.dumps(older)
-    assert results.read_summary(file) == drop.summary()
+    assert results.read_summary(file) == replace(drop.summary(), results=str(file))
 
 
 @pytest.mark.parametrize(("name", "read"), [("summary", results.read_summary), ("inflation", results.read_inflation)])
@@ -282,3 +284,52 @@ def test_package_reads_what_it_wrote(tmp_path: Path) -> None:
         assert getattr(softbrake, name) is not None
     with pytest.raises(softbrake.ResultError):
         softbrake.read_result(tmp_path / "b.vtkhdf")
+
+
+def test_a_moved_file_names_its_place(tmp_path: Path) -> None:
+    drop.write(tmp_path / "drop.vtkhdf", drop.case(4, 8))
+    moved = (tmp_path / "drop.vtkhdf").rename(tmp_path / "kept.vtkhdf")
+    summary = results.read_summary(moved)
+    assert summary is not None and summary.results == str(moved)
+
+
+def test_files_with_the_former_names_are_read(tmp_path: Path) -> None:
+    path = tmp_path / "drop.vtkhdf"
+    drop.write(path, drop.case(4, 8), snapshots=3)
+    before = results.read_snapshots(path)
+    with h5py.File(path, "a") as file:
+        for group in (file["VTKHDF/FieldData"], file["VTKHDF/Steps/FieldDataOffsets"]):
+            for new, old in (("cover_height", "height"), ("cargo_velocity", "velocity"), ("gas_pressure", "pressure")):
+                group.move(new, old)
+    after = results.read_snapshots(path)
+    assert (after.height.tolist(), after.velocity.tolist()) == (before.height.tolist(), before.velocity.tolist())
+
+
+def test_layout_is_what_other_readers_take(small: Path) -> None:
+    """Names that stand once, chunks where there is nothing, a legend of the parts, a history that is compressed."""
+    with h5py.File(small) as file:
+        root, history = file["VTKHDF"], file["history"]
+        names = [name for kind in ("PointData", "CellData", "FieldData") for name in root[kind]]
+        assert len(names) == len(set(names))
+        assert set(root["Steps/FieldDataOffsets"]) == set(root["FieldData"])
+        assert root["CellData/part"].attrs["legend"] == "0 shell, 1 belt, 2 lower cover, 3 upper cover, 4 ground"
+
+        def check(name: str, item: object) -> None:
+            if isinstance(item, h5py.Dataset) and item.shape is not None and 0 in item.shape:
+                assert item.chunks is not None and item.maxshape[0] is None, name
+
+        file.visititems(check)
+        assert (history.compression, history.shuffle, history.chunks) == ("gzip", True, (500,))
+        assert root["Steps/Values"].dtype == np.float64 and not np.isnan(root["Steps/Values"][:]).any()
+        assert h5py.check_string_dtype(root.attrs.get_id("Type").dtype).encoding == "ascii"  # type: ignore[union-attr]
+
+
+def test_a_long_history_is_packed_in_blocks(tmp_path: Path) -> None:
+    path, rows = tmp_path / "drop.vtkhdf", drop.history(np.linspace(0.0, drop.END, 10_000))
+    with ResultFile.create(path, drop.case(4, 8), version="1", source_hash="a") as file:
+        file.add_history(rows)
+        file.write_summary(drop.summary())
+    with h5py.File(path) as opened:
+        assert opened["history"].chunks == (4096,)
+        assert opened["history"].id.get_storage_size() < rows.nbytes / 3
+    np.testing.assert_array_equal(results.read_history(path)["height"], rows[:, History.HEIGHT])

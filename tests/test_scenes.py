@@ -316,7 +316,7 @@ def test_energy_from_nowhere_is_said_with_its_source(tmp_path: Path, softbrake: 
     shown = softbrake("info", "scene.vtkhdf").stdout
     for name in ("peak deceleration", "peak tension, hoop", "peak tension, generatrix"):
         assert any(name in line and "doubtful" in line for line in shown.splitlines()), name
-    ours = softbrake("run", file, *few, "--json", "-q")
+    ours = softbrake("run", file, *few, "--json", "-q", "--force")
     assert ours.returncode == 0, ours.stderr
     assert json.loads(ours.stdout)["doubt"] is None
     assert "doubtful" not in softbrake("info", "scene.vtkhdf").stdout

@@ -29,7 +29,7 @@ def test_pictures_from_first_contact_to_impact(tmp_path: Path) -> None:
     summary = softbrake.run(case(), file)
     assert summary.outcome == "impact"
     with h5py.File(file) as opened:
-        assert opened["VTKHDF/FieldData/pressure"][0] == pytest.approx(15696.0)
+        assert opened["VTKHDF/FieldData/gas_pressure"][0] == pytest.approx(15696.0)
         assert opened["VTKHDF/CellData/pressure"][:].max() == pytest.approx(15696.0)
     shots = read_snapshots(file)
     assert shots.times[0] == 0.0

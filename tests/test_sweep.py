@@ -269,7 +269,7 @@ def test_shards_share_the_runs_and_merge_to_the_same_results(tmp_path: Path) -> 
     write_results(parts, plan, rows(plan, records))
     assert texts(parts) == texts(whole)
     assert not set(read_journals(parts)) & set(read_journals(other))
-    run_sweep(moduli("fabric.E=1kN/m,2kN/m"), other)
+    run_sweep(moduli("fabric.E=1kN/m,2kN/m"), other, force=True)
     with pytest.raises(SweepError, match="of another sweep"):
         merge_folders([parts, other])
 
@@ -360,6 +360,8 @@ def test_columns_have_units_and_the_timings_come_last(tmp_path: Path) -> None:
     assert list(table[0]) == list(units)
     assert list(units)[-2:] == ["kernel_seconds", "wall_seconds"]
     assert [row["fabric.slack"] for row in table] == ["cut", "compression"] * 2
+    assert {row["model_contact"] for row in table} == {", ".join(designs.all[0].case.contact)}
+    assert all(row["id"][0] == "r" for row in table)  # 12e4 would be a number
     expected = {
         "fabric.E": "N/m",
         "fabric.slack": "",

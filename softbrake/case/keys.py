@@ -112,7 +112,7 @@ class Key:
             value = {"type": "integer" if self.kind is int else "number"} | {k: v for k, v in bounds.items() if v is not None}
             if isinstance(self.kind, Dimension):
                 words = [{"const": "auto"}] if self.auto else []
-                value = {"anyOf": [value, *words, {"$ref": "#/$defs/quantity"}]}
+                value = {"anyOf": [value, *words, {"$ref": f"#/$defs/{self.kind.name.lower()}"}]}
         if self.many:
             value = {"type": "array", "minItems": 2, "items": value}
         value["description"] = self.described

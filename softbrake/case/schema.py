@@ -8,7 +8,7 @@ from softbrake.case.case import MAPPINGS
 from softbrake.case.sections.contact import CONTACT
 from softbrake.case.sections.sweep import SWEEP
 from softbrake.case.sections.top import TOP
-from softbrake.case.units import PATTERN
+from softbrake.case.units import Dimension, pattern
 
 
 def schema() -> dict[str, Any]:
@@ -21,7 +21,7 @@ def schema() -> dict[str, Any]:
         "properties": properties | {section.name: section.schema() for section in (*MAPPINGS, CONTACT, SWEEP)},
         "required": [section.name for section in MAPPINGS if not section.optional],
         "additionalProperties": False,
-        "$defs": {"quantity": {"type": "string", "pattern": PATTERN}},
+        "$defs": {one.name.lower(): {"type": "string", "pattern": pattern(one)} for one in Dimension},
     }
 
 

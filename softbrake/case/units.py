@@ -9,6 +9,7 @@ from enum import Enum
 from functools import lru_cache
 
 STANDARD_GRAVITY = 9.80665  # m/s^2, g_n: one g in every case, on a planet of any gravity
+GRAVITIES = ("g", "g_n")  # its names, where an acceleration is asked for
 
 Powers = tuple[int, int, int]  # of metre, kilogram, second
 UNITS: dict[str, tuple[float, Powers]] = {
@@ -39,8 +40,6 @@ UNITS: dict[str, tuple[float, Powers]] = {
     "%": (1e-2, (0, 0, 0)),
 }
 
-# Text of a quantity that is not negative, as a regular expression that JSON Schema understands too.
-PATTERN = r"^\s*\+?([0-9]+\.?[0-9]*|\.[0-9]+)([eE][-+]?[0-9]+)?\s*([A-Za-z%][A-Za-z%0-9²³*·/^ _-]*)?$"
 _QUANTITY = re.compile(r"\s*([-+]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][-+]?[0-9]+)?)\s*(.*?)\s*")
 _SEPARATOR = re.compile(r"\s*([*·/])\s*|\s+")
 _FACTOR = re.compile(r"([A-Za-z]+|%)(?:\^(-?[1-9]))?")
@@ -91,7 +90,7 @@ class Dimension(Enum):
 
 def unit_size(unit: str, expected: Dimension) -> float:
     """SI size of a unit of the expected dimension, 1 of none. Raises ValueError as `parse_quantity`."""
-    if expected is Dimension.ACCELERATION and unit in ("g", "g_n"):
+    if expected is Dimension.ACCELERATION and unit in GRAVITIES:
         return STANDARD_GRAVITY
     size, powers = _measure(unit)
     if unit and powers != expected.powers:
@@ -104,6 +103,36 @@ def unit_of(text: str) -> str:
     """Unit of a quantity as it is written; empty without one, and of what is no quantity."""
     match = _QUANTITY.fullmatch(text)
     return match[2] if match else ""
+
+
+_POWERS = {1: "", 2: r"(\^2|²)", 3: r"(\^3|³)", -1: r"\^-1", -2: r"\^-2", -3: r"\^-3"}  # as patterns
+_TIMES, _OVER = r"(\s*[*·]\s*|\s+)", r"\s*/\s*"
+
+
+def pattern(expected: Dimension) -> str:
+    """Text of a quantity of a dimension that is not negative, as a regular expression that JSON Schema understands too.
+
+    It knows the dimension of units of one or two factors and lets all of three and more pass: those are for `parse_quantity`.
+    """
+    alike: dict[Powers, list[str]] = {}
+    for name, (_, dimension) in UNITS.items():
+        alike.setdefault(dimension, []).append(re.escape(name))
+    factors = {
+        (tuple(power * part for part in dimension), f"({'|'.join(names)}){text}")
+        for dimension, names in alike.items()
+        for power, text in _POWERS.items()
+    }
+    units = {text for powers, text in factors if powers == expected.powers}
+    units |= set(GRAVITIES) if expected is Dimension.ACCELERATION else set()
+    for first, text in factors:
+        rest = tuple(part - one for part, one in zip(expected.powers, first, strict=True))
+        for joint, sign in ((_TIMES, 1), (_OVER, -1)):
+            seconds = sorted(other for powers, other in factors if tuple(sign * part for part in powers) == rest)
+            if seconds:
+                units.add(f"{text}{joint}({'|'.join(seconds)})")
+    factor = r"([A-Za-z]+|%)(\^-?[1-9]|²|³)?"
+    units.add(f"{factor}(({_TIMES}|{_OVER}){factor}){{2,}}")
+    return rf"^\s*\+?([0-9]+\.?[0-9]*|\.[0-9]+)([eE][-+]?[0-9]+)?\s*({'|'.join(sorted(units))})?\s*$"
 
 
 def parse_quantity(text: str, expected: Dimension) -> float:

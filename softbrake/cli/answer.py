@@ -32,10 +32,10 @@ def show(summary: Summary, json: bool, tension_scale: float | None) -> None:
 
 
 def check_sound(case: Case, summary: Summary) -> None:
-    """Exit code 1 where a run that came to its end made energy of nothing, or does not reach the tolerance that was asked for."""
+    """Exit code 1 where a run made energy of nothing, missed the tolerance asked for, or could not be kept in its file."""
     from softbrake.studies.error_control import reached
 
-    faults = []
+    faults = [summary.results_fault] if summary.results_fault is not None else []
     if summary.doubt is not None and summary.outcome != "diverged":
         faults.append(f"{summary.doubt}; try fabric.law=tension_field, or a smaller time.courant; docs/explanation/stability.md")
     if not reached(case, summary):

@@ -16,6 +16,7 @@ COMMANDS = (  # in the order of --help
     check.init,
     result.info,
     result.plot,
+    result.export,
     inflate.inflate,
     stability.stability,
     sweep.sweep,

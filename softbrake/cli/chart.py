@@ -9,7 +9,7 @@ import typer
 
 from softbrake.cli import cases
 from softbrake.cli.exits import FAILED, INTERRUPTED, compile_for, fail
-from softbrake.cli.files import check_place
+from softbrake.cli.files import check_place, drawing, writing
 from softbrake.cli.options import CasePath, Overrides, Quiet
 
 
@@ -51,13 +51,12 @@ def chart(
         fail(error, FAILED)
     if found.reference is None:
         fail("interrupted before there was a reference; nothing is written", INTERRUPTED)
-    try:
-        write_csv(found, table)
-        draw_work_precision(found, picture)
-    except (OSError, PlotError) as error:  # disk full, folder gone
-        fail(error, FAILED)
     sets = "".join(f" --set {shlex.quote(text)}" for text in overrides or ())
     print_work_precision(found, f"softbrake run {shlex.quote(str(case_file))}{sets}")
+    with writing(table):
+        write_csv(found, table)
+    with drawing(picture):
+        draw_work_precision(found, picture)
     typer.echo(f"\n{picture}, {table} written")
     if found.interrupted:
         fail("interrupted", INTERRUPTED)

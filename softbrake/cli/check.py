@@ -9,6 +9,7 @@ import typer
 
 from softbrake.cli import cases
 from softbrake.cli.exits import fail
+from softbrake.cli.files import check_place, writing
 from softbrake.cli.options import CasePath, Overrides
 
 
@@ -23,6 +24,8 @@ def check(case_file: CasePath, overrides: Overrides = None) -> None:
     cells = chosen or f"{case.grid.generatrix} x {case.grid.hoop} cells (generatrix x hoop)"
     heights = ", ".join(f"{belt.height:.4g}" for belt in case.belts)
     free_fall = (case.cargo.velocity**2 + 2 * case.gravity * case.shell.height) ** 0.5
+    pressure = case.pressure
+    last = f"  pressure            {pressure.values[-1]:.4g} Pa from {pressure.times[-1]:.4g} s on\n" if pressure.times else ""
     idle = f"  without effect      {', '.join(case.without_contact)}\n" if case.without_contact else ""
     typer.echo(
         f"{case_file}: OK\n"
@@ -32,6 +35,7 @@ def check(case_file: CasePath, overrides: Overrides = None) -> None:
         f"  belts               {len(case.belts)}{f' at {heights} m' if heights else ''}\n"
         f"  contact             {contact_in_words(case.model.fidelity, case.contact)}\n"
         f"{idle}"
+        f"{last}"
         f"  fabric              {fabric_in_words(cloth.law, cloth.slack, cloth.G12, cloth.E11, cloth.E22)}\n"
         f"  viscosity           {case.fabric.viscosity:.4g} N*s/m\n"
         f"  free-fall velocity  {free_fall:.5f} m/s"
@@ -56,15 +60,14 @@ def init(
 ) -> None:
     """Write a commented starter case."""
     from softbrake.case.schema import starter
+    from softbrake.sim.files import write_text
 
     if str(file) == "-":
         typer.echo(starter(), nl=False)
         return
-    try:
-        with file.open("w" if force else "x", encoding="utf-8") as stream:
-            stream.write(starter())
-    except FileExistsError:
+    check_place(file)
+    if file.exists() and not force:
         fail(f"{file}: exists already; --force replaces it")
-    except OSError as error:
-        fail(f"{file}: {error.strerror}")
+    with writing(file):
+        write_text(file, starter())
     typer.echo(f"{file} written; next: softbrake run {file}")

@@ -2,13 +2,24 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
+from typing import TYPE_CHECKING
 
-from softbrake.cli.exits import fail
+from softbrake.cli.exits import FAILED, fail
+
+if TYPE_CHECKING:
+    from softbrake.case.case import Case
 
 
-def result_file(case_file: Path, output: Path | None, no_results: bool, ending: str) -> Path | None:
-    """Result file that is asked for, None without one; by default the case's name with an ending, here."""
+def result_file(
+    case_file: Path, case: Case, output: Path | None, *, no_results: bool, force: bool, ending: str = ".vtkhdf"
+) -> Path | None:
+    """Result file that is asked for, None without one; by default the case's name with an ending, here.
+
+    Refuses to replace the answer of another case, unless it is to be forced.
+    """
     if no_results:
         return None
     results = output or Path(f"{case_file.stem}{ending}")
@@ -17,7 +28,33 @@ def result_file(case_file: Path, output: Path | None, no_results: bool, ending: 
     if results.suffix != ".vtkhdf":
         fail(f"{results}: the name of a result file ends in .vtkhdf, for ParaView to know it")
     check_place(results)
+    if not force and results.exists():
+        from softbrake.sim.result_file import other_answer
+
+        if (lost := other_answer(results, case)) is not None:
+            fail(f"{results}: {lost}; --output names another file, --force replaces it")
     return results
+
+
+@contextmanager
+def writing(file: Path) -> Iterator[None]:
+    """End as failed where a file cannot be written after all, as the disk is full or the folder gone."""
+    try:
+        yield
+    except OSError as error:
+        fail(f"{file}: cannot be written: {error.strerror or error}", FAILED)
+
+
+@contextmanager
+def drawing(picture: Path) -> Iterator[None]:
+    """As `writing`, of a picture of results that are printed or written already."""
+    from softbrake.report.plots.style import PlotError
+
+    try:
+        with writing(picture):
+            yield
+    except PlotError as error:
+        fail(error, FAILED)
 
 
 def check_place(file: Path) -> None:
@@ -25,7 +62,7 @@ def check_place(file: Path) -> None:
     import os
 
     if file.is_dir():
-        fail(f"{file}: is a folder; --output must name a file")
+        fail(f"{file}: is a folder; the name of a file is expected")
     if not file.parent.is_dir():
         fail(f"{file}: there is no folder {file.parent}")
     if not os.access(file.parent, os.W_OK) or (file.exists() and not os.access(file, os.W_OK)):

@@ -10,7 +10,7 @@ import typer
 from softbrake.cli import cases
 from softbrake.cli.exits import FAILED, INTERRUPTED, compile_for, fail
 from softbrake.cli.files import result_file
-from softbrake.cli.options import CasePath, Json, NoResults, Overrides
+from softbrake.cli.options import CasePath, Force, Json, NoResults, Overrides
 
 
 def inflate(
@@ -22,6 +22,7 @@ def inflate(
         typer.Option("--output", "-o", metavar="FILE", help="Result file; default: CASE's name with -inflated.vtkhdf, here."),
     ] = None,
     no_results: NoResults = False,
+    force: Force = False,
     residual: Annotated[
         float,
         typer.Option(
@@ -35,12 +36,11 @@ def inflate(
     case = cases.load(case_file, overrides)
     if case.insists:
         typer.echo(cases.SET_ASIDE, err=True)
-    results = result_file(case_file, output, no_results, "-inflated.vtkhdf")
+    results = result_file(case_file, case, output, no_results=no_results, force=force, ending="-inflated.vtkhdf")
 
     from softbrake.report.as_json import inflation_json
     from softbrake.report.console.inflation import print_inflation
     from softbrake.sim.inflate import inflate as at_rest
-    from softbrake.sim.result_file import ResultError
     from softbrake.sim.simulation import NotInflated
 
     if case.model.fidelity != "lumped":
@@ -51,13 +51,11 @@ def inflate(
         fail(f"{case_file}: {error}")
     except NotInflated as error:
         fail(error, FAILED)
-    except ResultError as error:
-        fail(error)
-    except OSError as error:
-        fail(f"{results}: {error}", FAILED)
     except KeyboardInterrupt:
         fail("interrupted", INTERRUPTED)
     if json:
         typer.echo(inflation_json(answer))
     else:
         print_inflation(answer)
+    if answer.results_fault is not None:
+        fail(answer.results_fault, FAILED)

@@ -1,4 +1,4 @@
-"""softbrake info, plot and report: what is in a result."""
+"""softbrake info, plot, export and report: what is in a result."""
 
 from __future__ import annotations
 
@@ -9,6 +9,7 @@ import typer
 
 from softbrake.cli.answer import check_scale, show
 from softbrake.cli.exits import fail
+from softbrake.cli.files import check_place, writing
 from softbrake.cli.options import Dimensionless, Json, ResultPath
 
 
@@ -52,13 +53,38 @@ def plot(
     from softbrake.sim.result_file import ResultError
 
     picture = output or _beside(result, ".png")
+    check_place(picture)
     try:
-        plot_result(result, picture, dimensionless)
+        with writing(picture):
+            plot_result(result, picture, dimensionless)
     except (PlotError, ResultError) as error:
         fail(error)
-    except OSError as error:
-        fail(f"{picture}: {error.strerror or error}")
     typer.echo(f"{picture} written")
+
+
+def export(
+    result: ResultPath,
+    xdmf: Annotated[bool, typer.Option("--xdmf", help="As XDMF, for ParaView before 5.12; points into RESULT.")] = False,
+    output: Annotated[
+        Path | None, typer.Option("--output", "-o", metavar="FILE", help="Default: RESULT with .xdmf, beside it.")
+    ] = None,
+) -> None:
+    """Write a sidecar by which other programs read a result file."""
+    from softbrake.report.xdmf import write_xdmf
+    from softbrake.sim.result_file import ResultError
+
+    if not xdmf:
+        fail("export: to what? --xdmf is expected")
+    file = output or _beside(result, ".xdmf")
+    if file.suffix != ".xdmf":
+        fail(f"{file}: the name of the sidecar ends in .xdmf, for ParaView to know it")
+    check_place(file)
+    try:
+        with writing(file):
+            write_xdmf(result, file)
+    except ResultError as error:
+        fail(error)
+    typer.echo(f"{file} written; it needs {result} at its place")
 
 
 def report(
@@ -77,12 +103,12 @@ def report(
         fail(f"{page}: the name of a page ends in .html")
     if page.resolve() == result.resolve():
         fail(f"{page}: is the result; --output must name another file")
+    check_place(page)
     try:
-        write_report(result, page)
+        with writing(page):
+            write_report(result, page)
     except (PlotError, ResultError) as error:
         fail(error)
-    except OSError as error:
-        fail(f"{page}: cannot be written: {error.strerror or error}")
     typer.echo(f"{page} written")
 
 

@@ -11,7 +11,7 @@ from softbrake.cli import cases
 from softbrake.cli.answer import check_scale, check_sound, show
 from softbrake.cli.exits import FAILED, INTERRUPTED, compile_for, fail
 from softbrake.cli.files import result_file
-from softbrake.cli.options import CasePath, Dimensionless, Json, NoResults, Overrides, Quiet
+from softbrake.cli.options import CasePath, Dimensionless, Force, Json, NoResults, Overrides, Quiet
 
 Output = Annotated[
     Path | None, typer.Option("--output", "-o", metavar="FILE", help="Result file; default: CASE's name with .vtkhdf, here.")
@@ -33,6 +33,7 @@ def run(
     json: Json = False,
     output: Output = None,
     no_results: NoResults = False,
+    force: Force = False,
     dimensionless: Dimensionless = False,
     tolerance: Tolerance = None,
     budget: Budget = 60.0,
@@ -48,7 +49,7 @@ def run(
     case = opened.case
     if with_error_bar and case.insists:
         fail("--error-bar: a run for a tolerance has one already")
-    results = result_file(case_file, output, no_results, ".vtkhdf")
+    results = result_file(case_file, case, output, no_results=no_results, force=force)
 
     from softbrake.report.console.progress import progress, runs_progress
     from softbrake.report.console.trials import print_trial
@@ -74,16 +75,18 @@ def run(
     except Diverged as error:
         if json:
             show(error.summary, json, scale)
-        fail(error, FAILED)
+        fail("\n".join(filter(None, (str(error), error.summary.results_fault))), FAILED)
     except NotInflated as error:
         fail(error, FAILED)
-    except (ResultError, ValueError) as error:
+    except ResultError as error:  # disk full, folder gone
+        fail(error, FAILED)
+    except ValueError as error:
         fail(error)
-    except OSError as error:  # disk full, folder gone
-        fail(f"{results}: {error}", FAILED)
     except KeyboardInterrupt:  # before the first step, or after the last, when the result file is whole
         fail("interrupted", INTERRUPTED)
     show(summary, json, scale)
     if summary.outcome == "interrupted":
+        if summary.results_fault is not None:
+            typer.echo(summary.results_fault, err=True)
         raise typer.Exit(INTERRUPTED)
     check_sound(case, summary)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -10,7 +10,7 @@ import typer
 
 from softbrake.cli import cases
 from softbrake.cli.exits import FAILED, INTERRUPTED, compile_for, fail
-from softbrake.cli.files import check_place
+from softbrake.cli.files import check_place, drawing, writing
 from softbrake.cli.options import CasePath, Overrides
 
 if TYPE_CHECKING:
@@ -60,17 +60,21 @@ def stability(
         own = find_limit(case)
     except KeyboardInterrupt:
         if points:
-            _write(table, lambda: write_csv(points, axes, table))
+            with writing(table):
+                write_csv(points, axes, table)
         fail(f"interrupted{f'; {len(points)} points in {table}' if points else ''}", INTERRUPTED)
+    if own.edge_found:
+        typer.echo(edge_in_words(own))
     if axes:
         from softbrake.report.plots.stability_map import draw_map
 
-        _write(table, lambda: write_csv(points, axes, table))
-        _write(picture, lambda: draw_map(points, axes, picture))
+        with writing(table):
+            write_csv(points, axes, table)
+        with drawing(picture):
+            draw_map(points, axes, picture)
         typer.echo(f"{picture} and {table} written")
     if not own.edge_found:
         fail(f"{case_file}: {edge_in_words(own)}", FAILED)
-    typer.echo(edge_in_words(own))
 
 
 def _check_files(picture: Path, table: Path) -> None:
@@ -113,15 +117,3 @@ def _survey(file: CaseFile, axes: Sequence[Axis], points: list[MapPoint]) -> Non
 
     print_head(axes)
     survey(at, axes, report)
-
-
-def _write(file: Path, write: Callable[[], None]) -> None:
-    """Write a file of results; exit 1 where that fails, as the disk is full or the folder gone."""
-    from softbrake.report.plots.style import PlotError
-
-    try:
-        write()
-    except PlotError as error:
-        fail(error, FAILED)
-    except OSError as error:
-        fail(f"{file}: {error.strerror or error}", FAILED)

@@ -9,6 +9,7 @@ import typer
 
 from softbrake.cli import cases
 from softbrake.cli.exits import FAILED, INTERRUPTED, compile_for, fail
+from softbrake.cli.files import writing
 from softbrake.cli.options import CasePath, JsonLines, Overrides, Quiet
 
 if TYPE_CHECKING:
@@ -31,7 +32,7 @@ Scheduler = Annotated[
     str | None, typer.Option("--scheduler", metavar="ADDRESS", help="Run on the workers of a dask scheduler, tcp://…")
 ]
 Part = Annotated[str | None, typer.Option("--shard", metavar="I/N", help="Run each N-th case from the I-th on; see merge.")]
-Histories = Annotated[bool, typer.Option("--histories", help="Keep the histories of all runs in histories.h5.")]
+Histories = Annotated[bool, typer.Option("--histories", help="Keep the histories of all runs in histories.h5; says its size.")]
 
 
 def sweep(
@@ -47,6 +48,7 @@ def sweep(
     shard: Part = None,
     histories: Histories = False,
     json: JsonLines = False,
+    force: Annotated[bool, typer.Option("--force", help="Also into a folder with answers of another sweep.")] = False,
     quiet: Quiet = False,
 ) -> None:
     """Run a case with many values; the same command again goes on where it was broken off."""
@@ -61,7 +63,7 @@ def sweep(
         fail(f"{folder}: is not a folder; --output must name one")
 
     from softbrake.report.console.progress import runs_progress
-    from softbrake.studies.sweep import Shard, SweepError, read_journals, run_sweep
+    from softbrake.studies.sweep import NotKept, Shard, SweepError, read_journals, run_sweep
 
     cases.warn_of_long_steps(design.case for design in designs.all)
     if scheduler is None:
@@ -75,8 +77,12 @@ def sweep(
                 threads=threads,
                 scheduler=scheduler,
                 histories=histories,
+                force=force,
                 progress=progress,
+                told=lambda text: typer.echo(text, err=True),
             )
+    except NotKept as error:
+        fail(error, FAILED)
     except SweepError as error:
         fail(error)
     except KeyboardInterrupt:
@@ -114,21 +120,21 @@ def _show(plan: Plan, records: dict[str, Any], folder: Path, json: bool) -> None
     from softbrake.report.console.sweep import print_table
     from softbrake.report.plots.style import PlotError
     from softbrake.report.plots.sweep import PICTURE, draw_sweep
-    from softbrake.report.results_csv import RESULTS, doubtful, failures, rows, write_results
+    from softbrake.report.results_csv import doubtful, failures, rows, write_results
+    from softbrake.studies.sweep import RESULTS
 
     table = rows(plan, records)
-    try:
-        write_results(folder, plan, table)
-    except OSError as error:
-        fail(f"{folder}: {error.strerror or error}", FAILED)
     if json:
         for row in table:
             typer.echo(line_json(row))
     else:
         print_table(plan, table)
+    with writing(folder / RESULTS):
+        write_results(folder, plan, table)
     written = f"{RESULTS} and {PICTURE}"
     try:
-        draw_sweep(plan, table, folder / PICTURE)
+        with writing(folder / PICTURE):
+            draw_sweep(plan, table, folder / PICTURE)
     except PlotError as error:
         typer.echo(str(error), err=True)
         written = RESULTS

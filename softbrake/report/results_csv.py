@@ -8,13 +8,14 @@ from dataclasses import fields
 from pathlib import Path
 from typing import Any
 
+from softbrake.sim.files import draft_of
 from softbrake.sim.summary import Summary
-from softbrake.studies.sweep import Plan, Record
+from softbrake.studies.sweep import RESULTS, Plan, Record
 
-RESULTS, UNITS = "results.csv", "results.units.csv"
+UNITS = "results.units.csv"
 PEAKS = ("peak_deceleration", "peak_tension_generatrix", "peak_tension_hoop", "peak_tension_belt")
 TIMINGS = ("kernel_seconds", "wall_seconds")  # the last columns: all that two runs of one sweep may differ in
-LEFT_OUT = ("title", "results", "trials", "sensitivity", "filtered")
+LEFT_OUT = ("title", "results", "results_fault", "trials", "sensitivity", "filtered")
 MISSING = "not run, or lost with its worker"
 Row = dict[str, Any]
 
@@ -50,7 +51,8 @@ def _flat(summary: Mapping[str, Any]) -> Row:
         elif name == "peak_errors":
             flat |= {f"{peak}_error": error for peak, error in (value or {}).items()}
         elif isinstance(value, dict):
-            flat |= {f"{name}_{part}": member for part, member in value.items()}
+            for part, member in value.items():
+                flat[f"{name}_{part}"] = ", ".join(member) if isinstance(member, list) else member
         elif name not in LEFT_OUT:
             flat[name] = value
     return flat
@@ -75,12 +77,10 @@ def write_results(folder: Path, plan: Plan, table: Sequence[Row]) -> None:
     """Write results.csv, and results.units.csv with the same header and the units below it."""
     names = list(table[0])
     for file, lines in ((RESULTS, [row.values() for row in table]), (UNITS, [[unit_of(name, plan) for name in names]])):
-        draft = folder / f".{file}"
-        with open(draft, "w", encoding="utf-8", newline="") as stream:
+        with draft_of(folder / file) as draft, open(draft, "w", encoding="utf-8", newline="") as stream:
             writer = csv.writer(stream, lineterminator="\n")
             writer.writerow(names)
             writer.writerows(lines)
-        draft.replace(folder / file)
 
 
 def failures(table: Sequence[Row]) -> list[str]:

@@ -15,7 +15,7 @@ from softbrake.core.columns import History
 from softbrake.core.jit import PACKAGE, hash_sources
 from softbrake.sim.build import grid_view
 from softbrake.sim.relax import TOLERANCE
-from softbrake.sim.result_file import ResultFile
+from softbrake.sim.result_file import ResultError, ResultFile
 from softbrake.sim.simulation import Simulation
 from softbrake.sim.summary import Inflation
 
@@ -24,6 +24,7 @@ def inflate(case: Case, results: str | Path | None = None, tolerance: float = TO
     """Inflate the shell to rest and return what it is then; the result file holds that one instant.
 
     The pressure is that of t = 0, or where the law starts without any its largest. tolerance: of both residuals of `relax`.
+    `results_fault` of the answer tells of a file that cannot be written.
     Raises NotInflated, and ValueError where there is nothing to inflate, or to inflate with; then writes nothing.
     """
     if case.model.fidelity == "lumped":
@@ -64,13 +65,16 @@ def inflate(case: Case, results: str | Path | None = None, tolerance: float = TO
         steps=found.steps,
         results=None if results is None else str(results),
     )
-    if results is not None:
+    if results is None:
+        return answer
+    try:
         with ResultFile.create(Path(results), case, version=__version__, source_hash=hash_sources(PACKAGE)) as file:
             file.add_history(drop.state.now[None, :])
             fields["velocity"] = np.zeros_like(xyz)
             file.add_snapshot(0.0, xyz, fields, height=answer.height, velocity=0.0, pressure=pressure)
-            file.write_inflation(answer)
-    return answer
+            return file.write_inflation(answer)
+    except ResultError as error:
+        return replace(answer, results_fault=str(error))
 
 
 def volume(xyz: Floats, model: Model) -> float:

@@ -6,7 +6,8 @@
                 or `inflation` of a shell at rest
 
 Snapshots and history are kept for half a second and then written together, the step counter last, and flushed: the file of a
-killed run stays readable, and lacks that much at most.
+killed run stays readable, and lacks that much at most. So does that of a run whose disk gets full: the run goes on without it.
+A file that has its answer is packed when it is closed.
 """
 
 from __future__ import annotations
@@ -15,9 +16,9 @@ import json
 import math
 import os
 import time
-from collections.abc import Iterator, Mapping
-from contextlib import contextmanager
-from dataclasses import asdict, dataclass
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager, suppress
+from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import Any, NamedTuple, Self
 
@@ -28,6 +29,8 @@ from numpy.typing import NDArray
 from softbrake.case.case import Case, case_to_dict
 from softbrake.core.arrays import Floats
 from softbrake.core.columns import History
+from softbrake.sim.files import StagedFile, draft_of, hold
+from softbrake.sim.interrupt import held_interrupt
 from softbrake.sim.summary import (
     Ensemble,
     FilteredPeaks,
@@ -51,24 +54,28 @@ class PointField(NamedTuple):
 
     unit: str
     components: tuple[int, ...]  # () or (3,)
-    ground: float  # value shown on the ground's corners, which carry no fabric
 
 
 POINT_FIELDS = {
-    "velocity": PointField("m/s", (3,), 0.0),
-    "tension_generatrix": PointField("N/m", (), 0.0),
-    "tension_hoop": PointField("N/m", (), 0.0),
-    "stretch_generatrix": PointField("1", (), 1.0),
-    "stretch_hoop": PointField("1", (), 1.0),
+    "velocity": PointField("m/s", (3,)),
+    "tension_generatrix": PointField("N/m", ()),
+    "tension_hoop": PointField("N/m", ()),
+    "stretch_generatrix": PointField("1", ()),
+    "stretch_hoop": PointField("1", ()),
 }
-SCALARS = {"height": "m", "velocity": "m/s", "pressure": "Pa"}  # of the cargo and the gas, one value a snapshot
+# One value a snapshot. No name of a point or cell field: readers that look a name up in all of them would take the wrong one.
+SCALARS = {"cover_height": "m", "cargo_velocity": "m/s", "gas_pressure": "Pa"}
 FORMER = {"crossings": "missed_collisions", "ladder": "trials"}  # names in older files
+FORMER_SCALARS = {"cover_height": "height", "cargo_velocity": "velocity"}
 HISTORY_DTYPE = np.dtype([(column.name.lower(), np.float64) for column in History])
-SHELL_PART, BELT, LOWER_COVER, UPPER_COVER, GROUND = range(5)  # values of the cell array `part`
+PARTS = ("shell", "belt", "lower cover", "upper cover", "ground")  # by the values of the cell array `part`
+SHELL_PART, BELT, LOWER_COVER, UPPER_COVER, GROUND = range(len(PARTS))
 _COMPRESSED: dict[str, Any] = {"compression": "gzip", "compression_opts": 4, "shuffle": True}
 SECONDS_KEPT = 0.5  # each call of HDF5 costs as much as the data of a small shell, and a flush as ten
 _BYTES_KEPT = 2**26
 _BLOCK = 128  # entries a chunk, of datasets with a number or a history row an entry
+_PACKED_BLOCK = 4096  # history rows a chunk of a finished file
+_CORNERS = 4  # of the ground
 _FOR_EACH_CELL_KIND = ("CellOffsets", "ConnectivityIdOffsets")  # vertices, lines, polygons, strips
 
 
@@ -84,14 +91,15 @@ def tension_scale(case: Case) -> float:
 class ResultFile:
     """A result file being written. Use as a context manager, or call `close`."""
 
-    def __init__(self, path: Path, case: Case) -> None:
-        """Open a laid-out file that has no step yet; `create` is the way in."""
-        # No locks: a reader may look into the file while the run goes on, and some file systems have none.
-        self._file = h5py.File(path, "r+", locking=False)
+    def __init__(self, path: Path, release: Callable[[], None]) -> None:
+        """Open a laid-out file that has no step yet; `create` is the way in. release: gives the place back at the end."""
+        self.path = path
+        self._release = release
+        # No locks of HDF5: a reader may look into the file while the run goes on, and some file systems have none.
+        self._staged = StagedFile(path, "r+")
+        self._file = h5py.File(self._staged, "r+", locking=False)
         root = self._file["VTKHDF"]
         part = root["CellData/part"][:]
-        self.path = path
-        self._ground = _ground_corners(case.shell.diameter)
         self._under_pressure = np.isin(part, (SHELL_PART, LOWER_COVER, UPPER_COVER))
         self._points, self._cell_pressure = root["Points"], root["CellData/pressure"]
         self._fields = {name: root["PointData"][name] for name in POINT_FIELDS}
@@ -102,29 +110,43 @@ class ResultFile:
         self._kept: dict[h5py.Dataset, list[NDArray[Any]]] = {}
         self._bytes_kept = 0
         self._written = -math.inf
+        self._whole_until: float | None = None  # s, of the last snapshot on the disk
+        self._answered = False
 
     @classmethod
     def create(cls, path: Path | str, case: Case, *, version: str, source_hash: str) -> Self:
         """Start the result file of `case` at `path`, which ends in .vtkhdf; an older file is replaced once the new one stands.
 
-        `version` and `source_hash` name the program that computes the results. Raises ResultError.
+        `version` and `source_hash` name the program that computes the results. Raises ResultError, also where another run
+        writes to this file.
         """
         path = Path(path)
         if path.suffix != ".vtkhdf":
             raise ResultError(f"{path}: the name of a result file ends in .vtkhdf")
-        draft = path.with_name(f".{path.name}.{os.getpid()}")
-        try:
-            with h5py.File(draft, "w", locking=False) as file:
-                _lay_out(file, case)
-                about = file.create_group("softbrake")
-                about.attrs.update({"version": version, "source_hash": source_hash, "tension_scale": tension_scale(case)})
-                about.attrs["tension_scale_units"] = "N/m"
-                about["case"] = json.dumps(case_to_dict(case))
-            os.replace(draft, path)
-        except OSError as error:
-            draft.unlink(missing_ok=True)
-            raise ResultError(f"{path}: cannot be written: {_reason(error)}") from error
-        return cls(path, case)
+        with held_interrupt(), _writing(path):
+            try:
+                release = hold(path)
+            except BlockingIOError:
+                raise ResultError(f"{path}: another run writes this file; --output names another one") from None
+            try:
+                with draft_of(path) as draft, _staged(draft, "w") as file:
+                    _lay_out(file, case)
+                    about = file.create_group("softbrake")
+                    about.attrs.update({"version": version, "source_hash": source_hash, "tension_scale": tension_scale(case)})
+                    about.attrs["tension_scale_units"] = "N/m"
+                    about["case"] = json.dumps(case_to_dict(case))
+                return cls(path, release)
+            except BaseException:
+                release()
+                raise
+
+    @property
+    def fault(self) -> str | None:
+        """Why the file lacks what came last, in a line for the user; None where it is whole."""
+        if (error := self._staged.fault) is None:
+            return None
+        until = "no instant" if self._whole_until is None else f"the run up to {self._whole_until:.6g} s"
+        return f"{self.path}: cannot be written: {_reason(error)}; the file holds {until}, and no answer"
 
     def add_snapshot(
         self, instant: float, xyz: Floats, fields: Mapping[str, Floats], *, height: float, velocity: float, pressure: float
@@ -135,13 +157,15 @@ class ResultFile:
         `height` [m] and `velocity` [m/s, up positive] are the cargo's, `pressure` [Pa] the gas's.
         """
         step = len(self._times) + len(self._kept.get(self._times, ()))
-        self._keep(self._points, np.concatenate((xyz.reshape(-1, 3), self._ground)))
+        ground = _ground_corners(xyz)
+        self._keep(self._points, np.concatenate((xyz.reshape(-1, 3), ground)))
         for name, dataset in self._fields.items():
-            _, components, ground = POINT_FIELDS[name]
+            components = POINT_FIELDS[name].components
             values = fields[name].reshape(-1, *components)
-            self._keep(dataset, np.concatenate((values, np.full((len(self._ground), *components), ground))))
+            own = np.zeros(components) if components else values.min()
+            self._keep(dataset, np.concatenate((values, np.full((len(ground), *components), own))))
         self._keep(self._cell_pressure, np.where(self._under_pressure, pressure, 0.0))
-        for name, value in (("height", height), ("velocity", velocity), ("pressure", pressure)):
+        for name, value in (("cover_height", height), ("cargo_velocity", velocity), ("gas_pressure", pressure)):
             self._keep(self._scalars[name], np.array([value]))
         for dataset, first, stride in self._offsets:
             self._keep(dataset, np.full((1, *dataset.shape[1:]), first + step * stride))
@@ -163,33 +187,55 @@ class ResultFile:
             self._write()
 
     def _write(self) -> None:
-        """Append what was kept, and flush."""
-        times = self._kept.pop(self._times, [])
-        for dataset, rows in self._kept.items():
-            _append(dataset, np.concatenate(rows))
-        if times:  # the counter last: VTK aborts on a file whose counter and arrays disagree
-            _append(self._times, np.concatenate(times))
-            self._steps.attrs.modify("NSteps", len(self._times))
-        self._file.flush()
+        """Append what was kept, and flush; where the disk took no more, forget it."""
+        if self._staged.fault is None:
+            with held_interrupt():
+                times = self._kept.pop(self._times, [])
+                for dataset, rows in self._kept.items():
+                    _append(dataset, np.concatenate(rows))
+                if times:
+                    _append(self._times, np.concatenate(times))
+                self._file.flush()
+                if times:  # the counter last: VTK aborts on a file whose counter and arrays disagree
+                    self._steps.attrs.modify("NSteps", len(self._times))
+                    self._file.flush()
+            if times and self._staged.fault is None:
+                self._whole_until = float(times[-1][-1])
         self._kept, self._bytes_kept, self._written = {}, 0, time.monotonic()
 
-    def write_summary(self, summary: Summary) -> None:
-        """Keep the answer, over an earlier one; a file without one is from a run that was killed."""
-        if "softbrake/summary" in self._file:
-            del self._file["softbrake/summary"]
-        self._file["softbrake/summary"] = json.dumps(asdict(summary))
-        self._write()
+    def write_summary(self, summary: Summary) -> Summary:
+        """Keep the answer, over an earlier one, and return it, with the fault of the file if there is one.
 
-    def write_inflation(self, inflation: Inflation) -> None:
-        """Keep the answer of a static inflation."""
-        self._file["softbrake/inflation"] = json.dumps(asdict(inflation))
-        self._file.flush()
+        A file without an answer is from a run that was killed, or whose disk was full.
+        """
+        self._write_answer("summary", asdict(summary))
+        return replace(summary, results_fault=self.fault)
+
+    def write_inflation(self, inflation: Inflation) -> Inflation:
+        """Keep the answer of a static inflation, and return it, with the fault of the file if there is one."""
+        self._write_answer("inflation", asdict(inflation))
+        return replace(inflation, results_fault=self.fault)
+
+    def _write_answer(self, name: str, answer: dict[str, Any]) -> None:
+        self._write()
+        with held_interrupt():
+            _replace_text(self._file["softbrake"], name, json.dumps(answer))
+            self._file.flush()
+        self._answered = True
 
     def close(self) -> None:
-        """Write what was kept and close the file; a second call does nothing."""
-        if self._file:
-            self._write()
-            self._file.close()
+        """Write what was kept, close the file and pack it; a second call does nothing."""
+        if not self._file:
+            return
+        try:
+            with held_interrupt():
+                self._write()
+                self._file.close()
+                self._staged.close()
+                if self._answered and self._staged.fault is None:
+                    _pack(self.path)
+        finally:
+            self._release()
 
     def __enter__(self) -> Self:
         return self
@@ -231,7 +277,7 @@ def read_history(path: Path | str) -> NDArray[Any]:
 
 
 def read_summary(path: Path | str) -> Summary | None:
-    """The answer of the run; None if the run was killed. Raises ResultError."""
+    """The answer of the run, whose file may have been moved; None if the run was killed. Raises ResultError."""
     with _open(path) as file:
         if "softbrake/summary" not in file:
             return None
@@ -248,7 +294,7 @@ def read_summary(path: Path | str) -> Summary | None:
         if (kept := text.get("filtered")) is not None:
             peaks = {name: _read_peak(peak) for name, peak in kept.items() if isinstance(peak, dict)}
             text["filtered"] = FilteredPeaks(**{**kept, **peaks})
-        return Summary(**text)
+        return Summary(**{**text, "results": str(path)})
 
 
 def _read_peak(text: Mapping[str, Any]) -> PeakValue:
@@ -263,7 +309,7 @@ def read_inflation(path: Path | str) -> Inflation | None:
             return None
         text = json.loads(file["softbrake/inflation"][()])
     with _of_this_version(path):
-        return Inflation(**text)
+        return Inflation(**{**text, "results": str(path)})
 
 
 def read_case(path: Path | str) -> dict[str, Any]:
@@ -271,6 +317,26 @@ def read_case(path: Path | str) -> dict[str, Any]:
     with _open(path) as file:
         case: dict[str, Any] = json.loads(file["softbrake/case"][()])
     return case
+
+
+def other_answer(path: Path, case: Case) -> str | None:
+    """Say what a file at `path` holds that a result of `case` would not repeat; None where nothing is lost.
+
+    Of a case that chooses its own grid and step, those count for nothing; how often results are kept never does.
+    """
+    if not path.exists():
+        return None
+    try:
+        with _open(path) as file:
+            if not {"summary", "inflation"} & set(file["softbrake"]):
+                return None
+        old = read_case(path)
+    except ResultError:
+        return "is no result file that can be read"
+    new = json.loads(json.dumps(case_to_dict(case)))
+    idle = {"output"} | ({"contact", "grid", "model", "time", "tolerance"} if case.tolerance is not None else set())
+    differ = [name for name in {**old, **new} if name not in idle and old.get(name) != new.get(name)]
+    return f"holds the answer of another case, with another {' and '.join(differ)}" if differ else None
 
 
 def read_tension_scale(path: Path | str) -> float:
@@ -293,23 +359,53 @@ def read_snapshots(path: Path | str, *fields: str) -> Snapshots:
             values = values.reshape(count, points, *values.shape[1:])[:, : (n1 + 1) * n2]
             return np.ascontiguousarray(values.reshape(count, n1 + 1, n2, *values.shape[2:]))
 
+        def scalar(name: str) -> Floats:
+            fields = root["FieldData"]
+            values: Floats = fields[name if name in fields else FORMER_SCALARS[name]][:count]
+            return values
+
         return Snapshots(
             times=root["Steps/Values"][:count],
             xyz=shell("Points"),
-            height=root["FieldData/height"][:count],
-            velocity=root["FieldData/velocity"][:count],
+            height=scalar("cover_height"),
+            velocity=scalar("cargo_velocity"),
             fields={name: shell(f"PointData/{name}") for name in fields},
+        )
+
+
+@dataclass(frozen=True)
+class Layout:
+    """How much of what a result file holds; cells are in the order of lines and polygons."""
+
+    times: Floats  # s, (k,), of the snapshots
+    points: int  # of a snapshot, with the ground's corners last
+    cells: int
+    generatrix: int  # cells of the shell
+    hoop: int
+    belts: int
+    connectivity: dict[str, int]  # entries of Lines and Polygons
+
+
+def read_layout(path: Path | str) -> Layout:
+    """Sizes of a result file. Raises ResultError."""
+    case = read_case(path)
+    with _open(path) as file:
+        root = file["VTKHDF"]
+        return Layout(
+            times=root["Steps/Values"][: int(root["Steps"].attrs["NSteps"])],
+            points=int(root["NumberOfPoints"][0]),
+            cells=len(root["CellData/part"]),
+            generatrix=case["grid"]["generatrix"],
+            hoop=case["grid"]["hoop"],
+            belts=int(root["Lines/NumberOfCells"][0]),
+            connectivity={name: len(root[f"{name}/Connectivity"]) for name in ("Lines", "Polygons")},
         )
 
 
 def replace_summary(path: Path | str, summary: Summary) -> None:
     """Write another answer over that of a finished run. Raises ResultError."""
-    try:
-        with h5py.File(path, "r+", locking=False) as file:
-            del file["softbrake/summary"]
-            file["softbrake/summary"] = json.dumps(asdict(summary))
-    except OSError as error:
-        raise ResultError(f"{path}: cannot be written: {_reason(error)}") from error
+    with held_interrupt(), _writing(path), _staged(path, "r+") as file:
+        _replace_text(file["softbrake"], "summary", json.dumps(asdict(summary)))
 
 
 def belt_rows(heights: list[float], shell_height: float, generatrix: int) -> list[int]:
@@ -320,7 +416,7 @@ def belt_rows(heights: list[float], shell_height: float, generatrix: int) -> lis
 def _lay_out(file: h5py.File, case: Case) -> None:
     """Write all that does not change with time, and the empty datasets that grow."""
     lines, polygons, part = _cells(case)
-    points = (case.grid.generatrix + 1) * case.grid.hoop + len(_ground_corners(case.shell.diameter))
+    points = (case.grid.generatrix + 1) * case.grid.hoop + _CORNERS
     root = file.create_group("VTKHDF")
     root.attrs["Version"] = np.array([2, 0], np.int64)
     root.attrs["Type"] = np.bytes_("PolyData")  # VTK 9.3 and 9.4 refuse a str
@@ -331,6 +427,7 @@ def _lay_out(file: h5py.File, case: Case) -> None:
     for name, field in POINT_FIELDS.items():
         _growing(root, f"PointData/{name}", np.float32, (points, *field.components), field.unit)
     root["CellData/part"] = part
+    root["CellData/part"].attrs["legend"] = ", ".join(f"{value} {name}" for value, name in enumerate(PARTS))
     _growing(root, "CellData/pressure", np.float32, (len(part),), "Pa")
     for name, unit in SCALARS.items():
         _growing(root, f"FieldData/{name}", np.float64, (_BLOCK,), unit)
@@ -372,12 +469,14 @@ def _write_cells(group: h5py.Group, cells: list[NDArray[np.int64]]) -> None:
     group["NumberOfCells"] = np.array([len(cells)], np.int64)
     group["NumberOfConnectivityIds"] = np.array([len(connectivity)], np.int64)
     group["Offsets"] = np.cumsum([0, *map(len, cells)], dtype=np.int64)
-    group["Connectivity"] = connectivity
+    # In chunks even where it is empty: h5repack 1.10 cannot copy an empty dataset of another layout.
+    group.create_dataset("Connectivity", data=connectivity, maxshape=(None,), chunks=(max(len(connectivity), 1),))
 
 
-def _ground_corners(diameter: float) -> Floats:
-    """A square of four diameters, (4, 3), m; a little below zero, so that cloth lying on it stays visible."""
-    half, z = 2.0 * diameter, -0.004 * diameter
+def _ground_corners(xyz: Floats) -> Floats:
+    """A square as wide as the shell (m), (4, 3), which thus sets the bounds; a little below zero, to let cloth on it show."""
+    half = float(np.abs(xyz[..., :2]).max())
+    z = -0.008 * half
     return np.array([[-half, -half, z], [half, -half, z], [half, half, z], [-half, half, z]])
 
 
@@ -397,6 +496,46 @@ def _append(dataset: h5py.Dataset, rows: NDArray[Any]) -> None:
     old = len(dataset)
     dataset.resize(old + len(rows), axis=0)
     dataset[old:] = rows
+
+
+def _replace_text(group: h5py.Group, name: str, text: str) -> None:
+    if name in group:
+        del group[name]
+    group[name] = text
+
+
+def _pack(path: Path) -> None:
+    """Compress the history of a finished file, whose rows were laid side by side for the sake of a kill; a large part of it."""
+    with suppress(OSError), draft_of(path) as draft, h5py.File(path, "r", locking=False) as old, _staged(draft, "w") as new:
+        for name in ("VTKHDF", "softbrake"):
+            old.copy(name, new)
+        rows = old["history"]
+        chunk = max(min(len(rows), _PACKED_BLOCK), 1)
+        packed = new.create_dataset("history", rows.shape, rows.dtype, maxshape=(None,), chunks=(chunk,), **_COMPRESSED)
+        packed.attrs.update(rows.attrs)
+        for first in range(0, len(rows), chunk):
+            packed[first : first + chunk] = rows[first : first + chunk]
+
+
+@contextmanager
+def _staged(path: Path | str, mode: str) -> Iterator[h5py.File]:
+    """Open a file to write to, all of it or nothing. Raises OSError at the end where it did not fit."""
+    staged = StagedFile(path, mode)
+    try:
+        with h5py.File(staged, mode, locking=False) as file:
+            yield file
+    finally:
+        staged.close()
+    if staged.fault is not None:
+        raise staged.fault
+
+
+@contextmanager
+def _writing(path: Path | str) -> Iterator[None]:
+    try:
+        yield
+    except OSError as error:
+        raise ResultError(f"{path}: cannot be written: {_reason(error)}") from error
 
 
 def _reason(error: OSError) -> str:

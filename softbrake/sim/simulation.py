@@ -158,8 +158,9 @@ def simulate(case: Case, results: str | Path | None = None, progress: Callable[[
     """Run a drop to impact, full stop or `time.end` as it stands in the case, and return its answer.
 
     results: path of the result file to write, or None for none. progress: called after each chunk of steps, some 15 ms.
-    Ctrl-C ends the run early with outcome "interrupted" and a whole result file.
-    Raises Diverged where the computation fails; the result file is readable up to there.
+    Ctrl-C ends the run early with outcome "interrupted" and a whole result file. A disk that gets full ends no run:
+    `results_fault` of the answer tells of it. Raises Diverged where the computation fails; the result file is readable up to
+    there. Raises ResultError where the file cannot be begun.
     """
     falling = prepare(case)
     with recorded(case, results) as file:
@@ -257,7 +258,7 @@ class Simulation:
             filtered = self._filtered(kept) if kept else None
             summary = self._summary(ending, time.perf_counter() - started, file, filtered)
             if file is not None:
-                file.write_summary(summary)
+                summary = file.write_summary(summary)
         if outcome == Outcome.DIVERGED:
             raise Diverged(self._divergence(), summary)
         return summary

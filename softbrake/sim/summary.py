@@ -130,6 +130,7 @@ class Inflation:
     residual: float  # of forces out of balance over those of the pressure, or of what is left to go over the radius
     steps: int
     results: str | None  # path of the result file
+    results_fault: str | None = None  # why it lacks what came last; None where it is whole
 
 
 @dataclass(frozen=True)
@@ -206,3 +207,4 @@ class Summary:
     filtered: FilteredPeaks | None = answer("", "None where no result file was written, and in older ones", default=None)
     doubt: str | None = answer("", "see doubt_of", default=None)
     ensemble: Ensemble | None = answer("", "where velocity and peaks are means", default=None)
+    results_fault: str | None = answer("", "why the result file lacks what came last; None where it is whole", default=None)

@@ -22,7 +22,7 @@ from softbrake.case.level import LongStep, level, long_steps
 from softbrake.case.sections.numerics import Fidelity
 from softbrake.core.arrays import Outcome
 from softbrake.core.columns import History
-from softbrake.sim.result_file import ResultFile
+from softbrake.sim.result_file import ResultError, ResultFile
 from softbrake.sim.simulation import CLOCK, REFINED, Diverged, Progress, Simulation, prepare, recorded, simulate
 from softbrake.sim.summary import Ensemble, Summary, Trial
 from softbrake.studies.convergence import Estimate, estimate_of_neighbours, prediction
@@ -123,9 +123,7 @@ def run(
 
 def _kept(file: ResultFile | None, answer: Summary) -> Summary:
     """An answer, which is now in its file."""
-    if file is not None:
-        file.write_summary(answer)
-    return answer
+    return answer if file is None else file.write_summary(answer)
 
 
 def _write(found: Refined, results: str | Path, progress: Callable[[Progress], None] | None) -> Summary:
@@ -139,6 +137,8 @@ def _write(found: Refined, results: str | Path, progress: Callable[[Progress], N
     except Diverged as diverged:
         reason = f"{answer.fidelity_reason}; the run that was to fill the result file diverged"
         return replace(answer, results=diverged.summary.results, fidelity_reason=reason)
+    except ResultError as error:
+        return replace(answer, results_fault=str(error))
     if kept.outcome == "interrupted":
         return replace(kept, fidelity_reason="interrupted while the result file was written", trials=answer.trials)
     return kept

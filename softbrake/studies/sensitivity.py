@@ -10,7 +10,7 @@ from pathlib import Path
 from softbrake.case.case import Case
 from softbrake.case.case_file import CaseError, CaseFile, Number
 from softbrake.case.level import level
-from softbrake.sim.result_file import replace_summary
+from softbrake.sim.result_file import ResultError, replace_summary
 from softbrake.sim.summary import Sensitivities, Sensitivity, Summary
 from softbrake.studies.batch import Dropped, run_batch
 from softbrake.studies.error_control import PEAKS
@@ -26,10 +26,13 @@ Inputs = dict[str, Number]
 def with_sensitivities(
     file: CaseFile, summary: Summary, results: str | Path | None, report: Callable[[int, int, bool], None] | None = None
 ) -> Summary:
-    """Return an answer with its sensitivities, which its result file, whole already, then has too. Raises ResultError."""
+    """Return an answer with its sensitivities, which its result file then has too; `results_fault` tells where it has not."""
     found = replace(summary, sensitivity=sensitivities(file, summary, report))
-    if results is not None:
-        replace_summary(results, found)
+    if results is not None and found.results_fault is None:
+        try:
+            replace_summary(results, found)
+        except ResultError as error:
+            return replace(found, results_fault=str(error))
     return found
 
 

@@ -16,6 +16,7 @@ from pathlib import Path
 import numpy as np
 
 from softbrake.case.case import Case
+from softbrake.sim.files import draft_of
 from softbrake.sim.interrupt import held_interrupt
 from softbrake.sim.relax import Held
 from softbrake.sim.simulation import NotInflated, Simulation
@@ -170,7 +171,7 @@ def edge_in_words(point: MapPoint) -> str:
 
 def write_csv(points: Sequence[MapPoint], axes: Sequence[Axis], path: Path) -> None:
     """Write a row per point; what was not found is left empty."""
-    with path.open("w", newline="", encoding="utf-8") as file:
+    with draft_of(path) as draft, draft.open("w", newline="", encoding="utf-8") as file:
         rows = csv.writer(file)
         rows.writerow([*(name for name, _ in axes), "predicted_step_s", "found_step_s", "predicted_over_found"])
         for point in points:

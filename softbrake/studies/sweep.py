@@ -9,14 +9,14 @@ from __future__ import annotations
 
 import hashlib
 import json
-import os
 import re
 from collections.abc import Callable, Iterable, Iterator, Sequence
+from contextlib import ExitStack, contextmanager
 from dataclasses import asdict, dataclass
 from functools import cache
 from itertools import islice
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple, Self
 
 import h5py
 
@@ -24,6 +24,7 @@ from softbrake import __version__
 from softbrake.case.case import Case, case_to_dict
 from softbrake.core.columns import History
 from softbrake.core.jit import PACKAGE, hash_sources
+from softbrake.sim.files import StagedFile, hold, write_text
 from softbrake.sim.result_file import HISTORY_DTYPE
 from softbrake.studies.axes import Axis, Designs
 from softbrake.studies.batch import Dropped, run_batch, run_one
@@ -31,7 +32,7 @@ from softbrake.studies.batch import Dropped, run_batch, run_one
 if TYPE_CHECKING:
     from distributed import Client
 
-PLAN, JOURNAL, HISTORIES = "plan.json", "journal", "histories"
+PLAN, JOURNAL, HISTORIES, RESULTS = "plan.json", "journal", "histories", "results.csv"
 AT_ONCE = {"axisymmetric": 16, "lumped": 16}  # runs of one task of a cluster, whose upkeep takes a millisecond; else 1
 PATIENCE = 30  # s, for a cluster's scheduler and its first worker
 Record = dict[str, Any]  # a line of the journal: id, summary or None, fault or None
@@ -39,6 +40,10 @@ Record = dict[str, Any]  # a line of the journal: id, summary or None, fault or 
 
 class SweepError(Exception):
     """A sweep cannot be run or read; the message is one line for the user."""
+
+
+class NotKept(SweepError):
+    """A sweep cannot be written to its folder, as the disk is full; the journal has what was done."""
 
 
 class Run(NamedTuple):
@@ -83,7 +88,7 @@ def source_hash() -> str:
 def run_id(case: Case) -> str:
     """Hash of a resolved case and of the program that runs it."""
     text = json.dumps([case_to_dict(case), __version__, source_hash()], sort_keys=True)
-    return hashlib.sha256(text.encode()).hexdigest()[:16]
+    return "r" + hashlib.sha256(text.encode()).hexdigest()[:16]  # the letter, as spreadsheets take 12e4 for a number
 
 
 def make_plan(designs: Designs) -> tuple[Plan, dict[str, Case]]:
@@ -104,50 +109,88 @@ def run_sweep(
     threads: int | None = None,
     scheduler: str | None = None,
     histories: bool = False,
+    force: bool = False,
     progress: Callable[[int, int, bool], None] | None = None,
+    told: Callable[[str], None] = lambda _: None,
 ) -> Plan:
     """Run all designs, or a shard of them, that no journal in the folder has.
 
     threads: of this machine, default one a core; scheduler: address of a dask scheduler, whose workers run instead of them.
-    histories: keep those as well, in histories.h5, a dataset a run named by its id, units in the file's attributes. progress:
-    told the number of runs done, of all, and whether the last was computed now.
-    Raises SweepError; whatever breaks it off, the journal has what was done.
+    histories: keep those as well, in histories.h5, a dataset a run named by its id, units in the file's attributes. force: also
+    into a folder whose results.csv would lose answers of another sweep. progress: told the number of runs done, of all, and
+    whether the last was computed now. told: told in words how large the histories get.
+    Raises SweepError, where the disk is full its kind NotKept; whatever breaks it off, the journal has what was done.
     """
     if histories and any(design.case.tolerance is not None for design in designs.all):
         raise SweepError("--histories: a case with a tolerance has none, its answer is of several runs")
     client = _connected(scheduler) if scheduler else None
     plan, cases = make_plan(designs)
     mine = dict.fromkeys(run.id for run in plan.runs[shard.number - 1 :: shard.of])
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
+    journal = folder / shard.named(JOURNAL, ".jsonl")
+    with _writing(folder), _held(folder, journal):
+        if not force:
+            _refuse_other(folder, plan)
         write_plan(folder, plan)
-        kept = _Histories(folder / shard.named(HISTORIES, ".h5")) if histories else None
-        journal = _mended(folder / shard.named(JOURNAL, ".jsonl"))
+        _mend(journal)
         known = read_journals(folder)
-    except OSError as error:
-        raise SweepError(f"{folder}: {error.strerror or error}") from error
-    todo = {id: cases[id] for id in mine if id not in known or (kept is not None and id not in kept.ids)}
-    done = len(mine) - len(todo)
-    answers = _on_cluster(client, todo, histories) if client else _here(todo, threads, histories)
-    if progress is not None:
-        progress(done, len(mine), False)
-    try:
-        with open(journal, "a", encoding="utf-8") as stream:
-            for id, answer in answers:
-                if kept is not None and answer.history is not None:
-                    kept.add(id, answer.history)
+        with ExitStack() as stack:
+            kept = stack.enter_context(_Histories(folder / shard.named(HISTORIES, ".h5"))) if histories else None
+            todo = {id: cases[id] for id in mine if id not in known or (kept is not None and id not in kept.ids)}
+            done = len(mine) - len(todo)
+            answers = _on_cluster(client, todo, histories) if client else _here(todo, threads, histories)
+            if progress is not None:
+                progress(done, len(mine), False)
+            stream = stack.enter_context(open(journal, "a", encoding="utf-8"))
+            for number, (id, answer) in enumerate(answers):
                 if id not in known:
                     stream.write(json.dumps(_record(id, answer)) + "\n")
                     stream.flush()
+                if kept is not None and answer.history is not None:
+                    size = kept.add(id, answer.history)
+                    if number == 0 and len(todo) > 1:
+                        told(f"histories: about {len(todo) * size / 1e6:.3g} MB for {len(todo)} runs")
                 done += 1
                 if progress is not None:
                     progress(done, len(mine), True)
-    except OSError as error:  # disk full, folder gone
-        raise SweepError(f"{folder}: {error.strerror or error}; the same command goes on from here") from error
-    finally:
-        if kept is not None:
-            kept.file.close()
     return plan
+
+
+@contextmanager
+def _writing(folder: Path) -> Iterator[None]:
+    """Say in a line why a sweep cannot be kept: disk full, folder gone."""
+    try:
+        yield
+    except OSError as error:
+        raise NotKept(f"{folder}: cannot be written: {error.strerror or error}; the same command goes on from here") from error
+
+
+@contextmanager
+def _held(folder: Path, journal: Path) -> Iterator[None]:
+    """Make the folder, and keep other processes off its journal."""
+    folder.mkdir(parents=True, exist_ok=True)
+    try:
+        release = hold(journal)
+    except BlockingIOError:
+        raise SweepError(f"{folder}: another sweep runs into this folder; --output names another one") from None
+    try:
+        yield
+    finally:
+        release()
+
+
+def _refuse_other(folder: Path, plan: Plan) -> None:
+    """Raise SweepError where the folder has answers of runs that the plan has not: the results would lose them."""
+    if not (folder / PLAN).exists():
+        return
+    other, known = read_plan(folder), read_journals(folder)
+    lost = {run.id for run in other.runs if run.id in known} - {run.id for run in plan.runs}
+    if lost:
+        version = "" if other.source_hash == plan.source_hash else " by another version of softbrake"
+        over = ", ".join(axis.path for axis in other.axes)
+        raise SweepError(
+            f"{folder}: holds another sweep{version}, '{other.title}' over {over}, and {RESULTS} would lose {len(lost)} of its "
+            "answers; --output names another folder, --force replaces them"
+        )
 
 
 def _record(id: str, answer: Dropped) -> Record:
@@ -211,9 +254,7 @@ def _task(cases: Sequence[Case], histories: bool) -> tuple[str, list[Dropped]]:
 
 def write_plan(folder: Path, plan: Plan) -> None:
     """Write plan.json, all of it or nothing."""
-    draft = folder / f".{PLAN}.{os.getpid()}"
-    draft.write_text(json.dumps(asdict(plan)), encoding="utf-8")
-    draft.replace(folder / PLAN)
+    write_text(folder / PLAN, json.dumps(asdict(plan)))
 
 
 def read_plan(folder: Path) -> Plan:
@@ -242,32 +283,44 @@ def read_journals(folder: Path) -> dict[str, Record]:
     return known
 
 
-def _mended(journal: Path) -> Path:
+def _mend(journal: Path) -> None:
     """Cut a torn last line off, so that the next one starts a line of its own."""
     if journal.exists():
         with open(journal, "rb+") as stream:
             stream.truncate(stream.read().rfind(b"\n") + 1)
-    return journal
 
 
 class _Histories:
     """histories.h5; a file that a kill left unreadable starts anew."""
 
     def __init__(self, path: Path) -> None:
+        self._staged = StagedFile(path, "r+" if path.exists() else "w")
         try:
-            self.file = h5py.File(path, "a", locking=False)
-            self.ids = set(self.file)
+            self._file = h5py.File(self._staged, "a", locking=False)
+            self.ids = set(self._file)
         except (OSError, RuntimeError):
-            self.file = h5py.File(path, "w", locking=False)
+            self._staged = StagedFile(path, "w")
+            self._file = h5py.File(self._staged, "w", locking=False)
             self.ids = set()
-        self.file.attrs.update({column.name.lower(): column.unit for column in History})
+        self._file.attrs.update({column.name.lower(): column.unit for column in History})
 
-    def add(self, id: str, history: Any) -> None:
+    def add(self, id: str, history: Any) -> int:
+        """Keep the history (rows, len(History)) of a run and return its size in the file, bytes. Raises OSError."""
         rows = history.view(HISTORY_DTYPE)[:, 0]
-        if id in self.file:  # of a sweep that was killed before it wrote the line of its journal
-            del self.file[id]
-        self.file.create_dataset(id, data=rows, compression="gzip", compression_opts=4, shuffle=True)
-        self.file.flush()
+        if id in self._file:  # whose line of the journal was torn
+            del self._file[id]
+        kept = self._file.create_dataset(id, data=rows, compression="gzip", compression_opts=4, shuffle=True)
+        self._file.flush()
+        if self._staged.fault is not None:
+            raise self._staged.fault
+        return int(kept.id.get_storage_size())
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self._file.close()
+        self._staged.close()
 
 
 def merge_folders(folders: Iterable[Path]) -> tuple[Plan, dict[str, Record]]:

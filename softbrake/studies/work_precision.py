@@ -21,6 +21,7 @@ from softbrake.case.case import Case
 from softbrake.case.level import level
 from softbrake.case.sections.contact import UNKNOWN
 from softbrake.case.sections.numerics import ONE_COLUMN, Fidelity
+from softbrake.sim.files import draft_of
 from softbrake.sim.simulation import Diverged, Simulation, compile_kernels, kernels_of
 from softbrake.sim.summary import Summary
 from softbrake.studies.convergence import CAUTION, estimate
@@ -505,7 +506,7 @@ def write_csv(found: WorkPrecision, path: Path) -> None:
     head += ["end_time [s]", "steps [1]", "kernel_seconds [s]", "rate [ns per node and step]"]
     head += [f"{name} [{unit}]" for name, unit in UNITS.items()]
     head += [f"error of {name} [%]" for name in names] + [f"error of the reference's {name} [%]" for name in names]
-    with path.open("w", newline="", encoding="utf-8") as stream:
+    with draft_of(path) as draft, draft.open("w", newline="", encoding="utf-8") as stream:
         lines = csv.writer(stream)
         lines.writerow(head)
         known = [_percent(found.reference.error(name)) for name in names] if found.reference is not None else []

@@ -52,7 +52,7 @@ LAWS = {
     ),
     "table": (
         Key("times", Dimension.TIME, "increasing (table)", "[0 s, 0.1 s]", required=True, least=0, many=True),
-        Key("values", Dimension.PRESSURE, "at these times (table)", "[0 kPa, 15 kPa]", required=True, least=0, many=True),
+        Key("values", Dimension.PRESSURE, "the last one holds on (table)", "[0 kPa, 15 kPa]", required=True, least=0, many=True),
         _DAMPING,
     ),
 }

@@ -14,5 +14,5 @@ def print_inflation(inflation: Inflation) -> None:
     console.print(inflated_in_words(inflation))
     console.print()
     print_quantities(console, inflation_rows(inflation))
-    if inflation.results:
+    if inflation.results and inflation.results_fault is None:
         console.print(f"\nresults in {inflation.results}", soft_wrap=True)

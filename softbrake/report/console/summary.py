@@ -58,7 +58,7 @@ def print_summary(summary: Summary, tension_scale: float | None = None, console:
         console.print(f"doubtful: {summary.doubt}", markup=False, highlight=False)
     if summary.fidelity_reason is not None:
         console.print(f"error bar: {summary.fidelity_reason}", markup=False, highlight=False)
-    if summary.results:
+    if summary.results and summary.results_fault is None:
         console.print(f"results in {summary.results}", soft_wrap=True, markup=False, highlight=False)
 
 

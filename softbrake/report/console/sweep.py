@@ -8,9 +8,9 @@ from rich.console import Console
 
 from softbrake.case.units import STANDARD_GRAVITY
 from softbrake.report.console.tables import Column, plain, print_columns
-from softbrake.report.results_csv import PEAKS, RESULTS, Row, failures
+from softbrake.report.results_csv import PEAKS, Row, failures
 from softbrake.report.words import TENSIONS
-from softbrake.studies.sweep import Plan
+from softbrake.studies.sweep import RESULTS, Plan
 
 MOST_LINES = 24
 ANSWERS = (

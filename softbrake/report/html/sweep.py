@@ -19,10 +19,11 @@ from softbrake.report.html.case import case_table
 from softbrake.report.html.frame import figures, page, table
 from softbrake.report.plots.page import map_chart, sweep_chart
 from softbrake.report.plots.sweep import Scale, spread
-from softbrake.report.results_csv import RESULTS, UNITS
+from softbrake.report.results_csv import UNITS
 from softbrake.report.words import TENSIONS
 from softbrake.sim.result_file import ResultError
 from softbrake.studies.axes import Axis
+from softbrake.studies.sweep import RESULTS
 
 MOST_DOTS_ON_CURVE = 40
 

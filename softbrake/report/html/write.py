@@ -6,9 +6,10 @@ from pathlib import Path
 
 from softbrake.report.html.result import result_page
 from softbrake.report.html.sweep import sweep_page
+from softbrake.sim.files import write_text
 
 
 def write_report(source: Path | str, file: Path | str) -> None:
     """Write the page on a result file or on the folder of a sweep. Raises ResultError, PlotError and OSError."""
-    text = sweep_page(source) if Path(source).is_dir() else result_page(source)  # before an older page goes
-    Path(file).write_text(text, encoding="utf-8")
+    text = sweep_page(source) if Path(source).is_dir() else result_page(source)
+    write_text(file, text)

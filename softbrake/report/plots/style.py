@@ -5,6 +5,8 @@ from __future__ import annotations
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from softbrake.sim.files import draft_of
+
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
@@ -49,9 +51,7 @@ def check_picture(picture: Path | str) -> None:
 
 
 def save(figure: Figure, picture: Path | str) -> None:
-    """Write a figure to a picture. Raises PlotError."""
+    """Write a figure to a picture, whole or not at all. Raises PlotError and OSError."""
     check_picture(picture)
-    try:
-        figure.savefig(picture, dpi=150, bbox_inches="tight", pad_inches=0.1)
-    except OSError as error:
-        raise PlotError(f"{picture}: cannot be written: {error.strerror or error}") from error
+    with draft_of(picture) as draft:
+        figure.savefig(draft, dpi=150, bbox_inches="tight", pad_inches=0.1)
