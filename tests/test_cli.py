@@ -14,6 +14,7 @@ from pathlib import Path
 
 import pytest
 import synthetic_drop
+from click.testing import Result
 from conftest import PATIENCE, Command, start
 from rich.console import Console
 from typer.testing import CliRunner
@@ -108,6 +109,31 @@ def test_faults_go_to_stderr_and_exit_2(softbrake: Command, tmp_path: Path) -> N
         assert "typo.yaml:2:" in done.stderr
         assert "Traceback" not in done.stderr
     assert [path.name for path in tmp_path.iterdir()] == ["typo.yaml"]
+
+
+def test_case_comes_on_stdin(paper: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    lumped = ("--set", "model.fidelity=lumped")
+
+    def piped(text: str, *words: str) -> Result:
+        return CliRunner().invoke(app, words, input=text)
+
+    case = paper.read_text(encoding="utf-8")
+    assert piped(case, "check", "-").stdout.startswith("stdin: OK\n")
+    assert piped("# Прыжок\nshel: 1", "check", "-").stderr.startswith("stdin:2:1: shel: unknown key; did you mean 'shell'?")
+    assert piped("", "run", "-").stderr == "stdin:1:1: an empty file; sections such as 'shell:' are expected\n"
+    assert list(tmp_path.iterdir()) == []
+    assert piped(case, "run", "-", *lumped).exit_code == 0
+    assert piped(case, "sweep", "-", *lumped, "--vary", "cargo.mass=90 kg,100 kg").exit_code == 0
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["stdin-sweep", "stdin.vtkhdf"]
+
+
+@pytest.mark.skipif(not Path("/dev/stdin").exists(), reason="the system has none")
+def test_case_comes_from_dev_stdin(paper: Path, environment: dict[str, str]) -> None:
+    words = [sys.executable, "-m", "softbrake", "check", "/dev/stdin"]
+    done = subprocess.run(words, env=environment, input=paper.read_bytes(), capture_output=True, timeout=PATIENCE)
+    assert (done.returncode, done.stderr) == (0, b"")
+    assert done.stdout.startswith(b"/dev/stdin: OK\n")
 
 
 def test_schema_is_json(softbrake: Command) -> None:
@@ -409,8 +435,11 @@ def test_run_for_people(softbrake: Command, paper: Path, tmp_path: Path) -> None
     assert list(tmp_path.iterdir()) == []
 
 
-def test_interrupt_leaves_a_readable_file_and_exit_130(
-    softbrake: Command, paper: Path, tmp_path: Path, environment: dict[str, str]
+@pytest.mark.parametrize(
+    "number", [signal.SIGINT, *(pytest.param(other, marks=pytest.mark.slow) for other in (signal.SIGTERM, signal.SIGHUP))]
+)
+def test_interrupt_leaves_a_readable_file(
+    softbrake: Command, paper: Path, tmp_path: Path, environment: dict[str, str], number: int
 ) -> None:
     fine = ("--set", "grid.generatrix=180", "--set", "grid.hoop=450")
     with start("run", paper, *fine, "-o", "cut.vtkhdf", environment=environment, folder=tmp_path) as process:
@@ -418,9 +447,9 @@ def test_interrupt_leaves_a_readable_file_and_exit_130(
         for line in process.stderr:
             if line.startswith("t "):
                 break
-        process.send_signal(signal.SIGINT)
+        process.send_signal(number)
         out, err = process.communicate(timeout=PATIENCE)
-    assert process.returncode == 130
+    assert process.returncode == 128 + number
     assert "Traceback" not in err
     assert "Interrupted at" in out
     answer = json.loads(softbrake("info", "cut.vtkhdf", "--json").stdout)

@@ -7,6 +7,7 @@ from typing import Annotated
 
 import typer
 
+from softbrake.case.case_file import name_of
 from softbrake.cli import cases
 from softbrake.cli.exits import fail
 from softbrake.cli.options import CasePath, Overrides
@@ -25,7 +26,7 @@ def check(case_file: CasePath, overrides: Overrides = None) -> None:
     free_fall = (case.cargo.velocity**2 + 2 * case.gravity * case.shell.height) ** 0.5
     idle = f"  without effect      {', '.join(case.without_contact)}\n" if case.without_contact else ""
     typer.echo(
-        f"{case_file}: OK\n"
+        f"{name_of(case_file)}: OK\n"
         f"  {case.title}\n"
         f"  grid                {cells}, {case.model.scheme} scheme\n"
         f"  fidelity            {case.model.fidelity}\n"

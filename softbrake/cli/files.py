@@ -4,14 +4,20 @@ from __future__ import annotations
 
 from pathlib import Path
 
+from softbrake.case.case_file import name_of
 from softbrake.cli.exits import fail
+
+
+def stem(case_file: Path) -> str:
+    """How the names of a case's files begin."""
+    return Path(name_of(case_file)).stem
 
 
 def result_file(case_file: Path, output: Path | None, no_results: bool, ending: str) -> Path | None:
     """Result file that is asked for, None without one; by default the case's name with an ending, here."""
     if no_results:
         return None
-    results = output or Path(f"{case_file.stem}{ending}")
+    results = output or Path(f"{stem(case_file)}{ending}")
     if results.resolve() == case_file.resolve():
         fail(f"{results}: is the case file; --output must name another one")
     if results.suffix != ".vtkhdf":

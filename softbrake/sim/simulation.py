@@ -150,7 +150,10 @@ def recorded(case: Case, results: str | Path | None) -> Iterator[ResultFile | No
     if results is None:
         yield None
         return
-    with ResultFile.create(Path(results), case, version=__version__, source_hash=hash_sources(PACKAGE)) as file:
+    with (
+        held_interrupt(),  # a run that is ended has an answer in its file, as soon as that stands
+        ResultFile.create(Path(results), case, version=__version__, source_hash=hash_sources(PACKAGE)) as file,
+    ):
         yield file
 
 

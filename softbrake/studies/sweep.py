@@ -24,6 +24,7 @@ from softbrake import __version__
 from softbrake.case.case import Case, case_to_dict
 from softbrake.core.columns import History
 from softbrake.core.jit import PACKAGE, hash_sources
+from softbrake.sim.interrupt import held_interrupt
 from softbrake.sim.result_file import HISTORY_DTYPE
 from softbrake.studies.axes import Axis, Designs
 from softbrake.studies.batch import Dropped, run_batch, run_one
@@ -134,11 +135,12 @@ def run_sweep(
     try:
         with open(journal, "a", encoding="utf-8") as stream:
             for id, answer in answers:
-                if kept is not None and answer.history is not None:
-                    kept.add(id, answer.history)
-                if id not in known:
-                    stream.write(json.dumps(_record(id, answer)) + "\n")
-                    stream.flush()
+                with held_interrupt():  # nothing is half kept
+                    if kept is not None and answer.history is not None:
+                        kept.add(id, answer.history)
+                    if id not in known:
+                        stream.write(json.dumps(_record(id, answer)) + "\n")
+                        stream.flush()
                 done += 1
                 if progress is not None:
                     progress(done, len(mine), True)
