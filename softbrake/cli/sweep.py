@@ -63,7 +63,7 @@ def sweep(
         fail(f"{folder}: is not a folder; --output must name one")
 
     from softbrake.report.console.progress import runs_progress
-    from softbrake.studies.sweep import Shard, SweepError, read_journals, run_sweep
+    from softbrake.studies.sweep import SchedulerLost, Shard, SweepError, read_journals, run_sweep
 
     cases.warn_of_long_steps(design.case for design in designs.all)
     if scheduler is None:
@@ -79,6 +79,8 @@ def sweep(
                 histories=histories,
                 progress=progress,
             )
+    except SchedulerLost as error:
+        fail(error, FAILED)
     except SweepError as error:
         fail(error)
     except KeyboardInterrupt:

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import hashlib
 import json
+import logging
 import os
 import re
 from collections.abc import Callable, Iterable, Iterator, Sequence
@@ -40,6 +41,10 @@ Record = dict[str, Any]  # a line of the journal: id, summary or None, fault or 
 
 class SweepError(Exception):
     """A sweep cannot be run or read; the message is one line for the user."""
+
+
+class SchedulerLost(SweepError):
+    """A cluster's scheduler is gone; the journal has what was done."""
 
 
 class Run(NamedTuple):
@@ -112,7 +117,7 @@ def run_sweep(
     threads: of this machine, default one a core; scheduler: address of a dask scheduler, whose workers run instead of them.
     histories: keep those as well, in histories.h5, a dataset a run named by its id, units in the file's attributes. progress:
     told the number of runs done, of all, and whether the last was computed now.
-    Raises SweepError; whatever breaks it off, the journal has what was done.
+    Raises SweepError, its kind SchedulerLost in the middle of a sweep; whatever breaks it off, the journal has what was done.
     """
     if histories and any(design.case.tolerance is not None for design in designs.all):
         raise SweepError("--histories: a case with a tolerance has none, its answer is of several runs")
@@ -183,20 +188,32 @@ def _connected(address: str) -> Client:
 
 
 def _on_cluster(client: Client, todo: dict[str, Case], histories: bool) -> Iterator[tuple[str, Dropped]]:
-    """Run cases on the workers of a dask scheduler; a worker's death moves its runs to others."""
+    """Run cases on the workers of a dask scheduler; a worker's death moves its runs to others. Raises SchedulerLost."""
+    address = client.scheduler.address
+    for name in ("client", "comm.tcp", "core"):  # the traceback that each would print of a lost scheduler
+        logging.getLogger(f"distributed.{name}").setLevel(logging.CRITICAL)
+    with client:
+        try:
+            yield from _answers(client, todo, histories)
+        except Exception as error:
+            if client.status == "running" or isinstance(error, SweepError):
+                raise
+            raise SchedulerLost(f"--scheduler {address}: lost; the same command goes on from here") from None
+
+
+def _answers(client: Client, todo: dict[str, Case], histories: bool) -> Iterator[tuple[str, Dropped]]:
     from distributed import KilledWorker, as_completed
 
-    with client:
-        tasks = {client.submit(_task, list(part.values()), histories, pure=False): list(part) for part in _parts(todo)}
-        for task in as_completed(tasks, loop=client.loop):
-            ids = tasks.pop(task)
-            if task.status == "error" and isinstance(task.exception(), KilledWorker):
-                continue  # lost with its workers, several times
-            theirs, answers = task.result()
-            if theirs != source_hash():
-                raise SweepError("--scheduler: a worker has another version of softbrake; the same is expected everywhere")
-            yield from zip(ids, answers, strict=True)
-            task.release()
+    tasks = {client.submit(_task, list(part.values()), histories, pure=False): list(part) for part in _parts(todo)}
+    for task in as_completed(tasks, loop=client.loop):
+        ids = tasks.pop(task)
+        if task.status == "error" and isinstance(task.exception(), KilledWorker):
+            continue  # lost with its workers, several times
+        theirs, answers = task.result()
+        if theirs != source_hash():
+            raise SweepError("--scheduler: a worker has another version of softbrake; the same is expected everywhere")
+        yield from zip(ids, answers, strict=True)
+        task.release()
 
 
 def _parts(todo: dict[str, Case]) -> Iterator[dict[str, Case]]:
