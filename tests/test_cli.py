@@ -14,12 +14,15 @@ from pathlib import Path
 
 import pytest
 import synthetic_drop
-from click.testing import Result
 from conftest import PATIENCE, Command, start
+from numba.core import event
 from rich.console import Console
-from typer.testing import CliRunner
+from typer.testing import CliRunner, Result
 
+from softbrake.case.case_file import parse_case
+from softbrake.case.schema import starter
 from softbrake.cli.app import app
+from softbrake.cli.exits import compile_for
 from softbrake.core.jit import CACHE_FOLDER
 from softbrake.report.as_json import summary_json
 from softbrake.report.console.progress import progress
@@ -190,6 +193,12 @@ def test_init_writes_a_case_that_checks_and_never_overwrites_unasked(softbrake: 
         (["info", "junk.vtkhdf"], "junk.vtkhdf"),
         (["plot", "missing.vtkhdf"], "missing.vtkhdf"),
         (["plot", "junk.vtkhdf"], "junk.vtkhdf"),
+        (
+            ["plot", "PAPER"],
+            "cannot be read: damaged, or not a result file; a result file of softbrake run (*.vtkhdf) is expected",
+        ),
+        (["plot", "folder.vtkhdf"], "Is a directory; a result file of softbrake run (*.vtkhdf) is expected"),
+        (["run", "PAPER", "--tolerance", "1"], "--tolerance 1: tolerance: 1 is out of range"),
     ],
     ids=lambda value: " ".join(value) if isinstance(value, list) else "",
 )
@@ -480,12 +489,32 @@ def test_warmup_leaves_nothing_to_compile(paper: Path, tmp_path: Path, environme
         assert "data saved to" not in run.stdout
 
 
+def test_compiling_says_which_kernels_it_waits_for(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
+    """Each command that compiles others says so, and not that it were the first."""
+
+    def compile_kernels(_: object) -> None:
+        for _ in range(2):
+            with event.trigger_event("numba:compile"):
+                pass
+
+    monkeypatch.setattr(importlib.import_module("softbrake.sim.simulation"), "compile_kernels", compile_kernels)
+    lumped = parse_case(starter(), "starter", ["model.fidelity=lumped"])
+    full = parse_case(starter(), "starter", ["model.fidelity=full", "contact=full"])
+    compile_for([lumped], quiet=False)
+    compile_for([full, lumped], quiet=False)
+    compile_for([full], quiet=True)
+    assert capsys.readouterr().err.splitlines() == [
+        "compiling the kernels of lumped (10 to 40 s, once) ...",
+        "compiling the kernels of full with folds and lumped (10 to 40 s, once) ...",
+    ]
+
+
 @pytest.mark.slow
 def test_first_run_says_what_it_waits_for(paper: Path, tmp_path: Path, environment: dict[str, str]) -> None:
     cold = environment | {"NUMBA_CACHE_DIR": str(tmp_path)}
     lumped = [sys.executable, "-m", "softbrake", "run", str(paper), "--set", "model.fidelity=lumped", "--no-results"]
     runs = [subprocess.run(lumped, env=cold, capture_output=True, text=True, timeout=PATIENCE) for _ in range(2)]
-    assert [run.stderr.count("compiling kernels (first run only") for run in runs] == [1, 0]
+    assert [run.stderr.count("compiling the kernels of lumped (") for run in runs] == [1, 0]
     assert [run.returncode for run in runs] == [0, 0]
 
 

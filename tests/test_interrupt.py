@@ -87,7 +87,7 @@ def test_a_run_at_its_last_chunk_does_not_lose_it() -> None:
 
 # SIGTERM and SIGHUP
 
-CASE = ("--set", "grid={generatrix: 8, hoop: 16}", "--set", "belts=[]", "--set", "time.end=60 ms", "-q")
+CASE = ("--set", "grid={generatrix: 8, hoop: 16}", "--set", "belts=[]", "-q")
 MASSES = ("--vary", "cargo.mass=" + ",".join(f"{mass} kg" for mass in range(90, 102)))
 
 
@@ -111,8 +111,10 @@ def call(*words: str, watch: Callable[..., object] | None = None) -> int:
     sys.setprofile(watch)
     try:
         return CliRunner().invoke(app, list(words)).exit_code
-    except SystemExit as end:  # before the command began
+    except SystemExit as end:  # before the command began, or after it
         return int(end.code or 0)
+    except KeyboardInterrupt:
+        return 128 + signal.SIGINT
     finally:
         sys.setprofile(None)
 
@@ -151,11 +153,13 @@ def test_run_ended_anywhere_leaves_nothing_or_a_whole_file(number: int, paper: P
     calls, chance, outcomes = calls_of(*words), random.Random(7), []
     for _ in range(12):
         file.unlink(missing_ok=True)
-        assert strike(number, chance.choice(calls), *words) == 128 + number
+        code = strike(number, chance.choice(calls), *words)
+        assert code in (0, 128 + number)  # 0 where Python was freeing an object, and lost the interrupt
         assert list(tmp_path.iterdir()) in ([], [file])
         if file.exists():
             summary = read_summary(file)
             assert summary is not None
+            assert code != 0 or summary.outcome == "impact"
             assert read_snapshots(file).times[-1] == summary.end_time
             outcomes.append(summary.outcome)
     assert "interrupted" in outcomes
@@ -176,8 +180,9 @@ def test_sweep_ended_anywhere_goes_on_from_there(paper: Path, tmp_path: Path) ->
     chance, known = random.Random(7), []
     for calls in [anywhere] * 3 + [within] * 7:
         shutil.rmtree(folder)
-        assert strike(signal.SIGTERM, chance.choice(calls), *words) == 143
+        code = strike(signal.SIGTERM, chance.choice(calls), *words)
         known.append(len(read_journals(folder)) if folder.exists() else 0)
+        assert code == 143 or (code, known[-1]) == (0, 12)
         assert call(*words) == 0
         lines = [json.loads(line)["id"] for line in (folder / "journal.jsonl").read_text().splitlines()]
         assert len(set(lines)) == len(lines) == 12

@@ -86,7 +86,7 @@ def name_of(path: str | Path) -> str:
     return "stdin" if str(path) == "-" else str(path)
 
 
-def open_case(path: str | Path, overrides: Sequence[str] = ()) -> CaseFile:
+def open_case(path: str | Path, overrides: Sequence[str | Override] = ()) -> CaseFile:
     """Read a case file, to be varied. path, overrides and errors: as of `load_case`."""
     name = name_of(path)
     return case_file(_read_text(path, name), name, overrides)
@@ -116,7 +116,7 @@ def case_file(text: str, name: str, overrides: Sequence[str | Override] = ()) ->
     try:
         root = parse(text, place_of, check.fault)
     except YamlError as error:
-        check.fault(error.place, "", str(error), "valid YAML is expected")
+        check.fault(error.place, "", str(error), error.expected)
         raise CaseError(check.messages()) from None
     if root is None or not isinstance(root.value, dict):
         place = root.place if root else place_of(0, 0)

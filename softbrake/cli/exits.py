@@ -61,11 +61,14 @@ def compile_for(cases: Iterable[Case], quiet: bool) -> None:
     """Load what runs of the cases need; say so where it is not compiled yet, and compile it."""
     with leaving_at_once():
         from softbrake.core.jit import before_compiling
-        from softbrake.sim.simulation import compile_kernels, kernels_of
+        from softbrake.sim.simulation import compile_kernels, kernel_name, kernels_of
+
+        wanted = kernels_of(cases)
 
         def say() -> None:
             if not quiet:
-                typer.echo(f"compiling kernels (first run only, {COMPILING}) ...", err=True)
+                names = " and ".join(kernel_name(*each) for each in sorted(wanted))
+                typer.echo(f"compiling the kernels of {names} ({COMPILING}, once) ...", err=True)
 
         with before_compiling(say):
-            compile_kernels(kernels_of(cases))
+            compile_kernels(wanted)
