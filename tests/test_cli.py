@@ -466,6 +466,16 @@ def test_interrupt_leaves_a_readable_file(
     assert answer["steps"] > 0
 
 
+def test_ctrl_c_where_a_command_does_not_expect_it(paper: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    def interrupt(*_: object) -> None:
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(importlib.import_module("softbrake.case.case_file"), "open_case", interrupt)
+    for command in ("check", "run", "design"):
+        done = CliRunner().invoke(app, [command, str(paper)])
+        assert (done.exit_code, done.stdout, done.stderr) == (130, "", "interrupted\n")
+
+
 @pytest.mark.slow
 def test_warmup_leaves_nothing_to_compile(paper: Path, tmp_path: Path, environment: dict[str, str]) -> None:
     """In a folder of its own, with what is compiled already: others write to theirs."""
