@@ -5,7 +5,8 @@ from time import perf_counter, process_time
 from typing import Any
 
 from softbrake.case.case_file import load_case
-from softbrake.studies.batch import cores, run_batch
+from softbrake.sim.cores import cores
+from softbrake.studies.batch import run_batch
 
 PAPER = Path(__file__).resolve().parents[1] / "configs" / "paper.yaml"
 

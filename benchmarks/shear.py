@@ -21,7 +21,8 @@ from softbrake.case.case_file import parse_case
 from softbrake.case.level import level
 from softbrake.core.arrays import Outcome
 from softbrake.core.columns import History
-from softbrake.sim.simulation import Diverged, Simulation, cores
+from softbrake.sim.cores import cores
+from softbrake.sim.simulation import Diverged, Simulation
 from softbrake.sim.summary import Summary
 from softbrake.studies.error_control import allowed, speed_of
 

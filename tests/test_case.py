@@ -553,6 +553,25 @@ def test_yaml_syntax() -> None:
     assert faults("a: " + 3000 * "[")[0].endswith("valid YAML is expected")
 
 
+def test_tab_is_named() -> None:
+    expected = "a tab; spaces are expected in front of a key"
+    assert faults("shell:\n\tdiameter: 0.5 m\n") == [f"2:1: {expected}"]
+    assert faults("shell:\n  diameter: 0.5 m\n \theight: 0.6 m\n") == [f"3:2: {expected}"]
+
+
+def test_decimal_comma_is_named() -> None:
+    shell = "{diameter: 0.5 m, height: 0.6 m}"
+    (inside,) = faults(GOOD.replace(shell, "\n  diameter: 0,5 m\n  height: 0.6 m"))
+    assert inside.startswith("2:13: shell.diameter: '0,5 m' has a comma, numbers have a decimal point; ")
+    behind = faults(GOOD.replace("0.5 m", "1,5 m"))
+    assert behind == ["1:21: shell.5 m: unknown key; numbers have a decimal point, no comma"]
+
+
+def test_key_that_is_like_none_suggests_none() -> None:
+    (fault,) = faults(GOOD + "vents: 3\n")
+    assert fault.startswith("8:1: vents: unknown key; known are ")
+
+
 def test_aliases_are_refused() -> None:
     assert faults(GOOD.replace("0.5 m", "&d 0.5 m").replace("0.6 m", "*d")) == [
         "1:19: shell.diameter: anchor '&d' is not supported; leave it out",

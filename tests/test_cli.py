@@ -15,10 +15,14 @@ from pathlib import Path
 import pytest
 import synthetic_drop
 from conftest import PATIENCE, Command, start
+from numba.core import event
 from rich.console import Console
-from typer.testing import CliRunner
+from typer.testing import CliRunner, Result
 
+from softbrake.case.case_file import parse_case
+from softbrake.case.schema import starter
 from softbrake.cli.app import app
+from softbrake.cli.exits import compile_for
 from softbrake.core.jit import CACHE_FOLDER
 from softbrake.report.as_json import summary_json
 from softbrake.report.console.progress import progress
@@ -110,6 +114,31 @@ def test_faults_go_to_stderr_and_exit_2(softbrake: Command, tmp_path: Path) -> N
     assert [path.name for path in tmp_path.iterdir()] == ["typo.yaml"]
 
 
+def test_case_comes_on_stdin(paper: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    lumped = ("--set", "model.fidelity=lumped")
+
+    def piped(text: str, *words: str) -> Result:
+        return CliRunner().invoke(app, words, input=text)
+
+    case = paper.read_text(encoding="utf-8")
+    assert piped(case, "check", "-").stdout.startswith("stdin: OK\n")
+    assert piped("# Прыжок\nshel: 1", "check", "-").stderr.startswith("stdin:2:1: shel: unknown key; did you mean 'shell'?")
+    assert piped("", "run", "-").stderr == "stdin:1:1: an empty file; sections such as 'shell:' are expected\n"
+    assert list(tmp_path.iterdir()) == []
+    assert piped(case, "run", "-", *lumped).exit_code == 0
+    assert piped(case, "sweep", "-", *lumped, "--vary", "cargo.mass=90 kg,100 kg").exit_code == 0
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["stdin-sweep", "stdin.vtkhdf"]
+
+
+@pytest.mark.skipif(not Path("/dev/stdin").exists(), reason="the system has none")
+def test_case_comes_from_dev_stdin(paper: Path, environment: dict[str, str]) -> None:
+    words = [sys.executable, "-m", "softbrake", "check", "/dev/stdin"]
+    done = subprocess.run(words, env=environment, input=paper.read_bytes(), capture_output=True, timeout=PATIENCE)
+    assert (done.returncode, done.stderr) == (0, b"")
+    assert done.stdout.startswith(b"/dev/stdin: OK\n")
+
+
 def test_schema_is_json(softbrake: Command) -> None:
     done = softbrake("schema")
     assert done.returncode == 0
@@ -164,6 +193,12 @@ def test_init_writes_a_case_that_checks_and_never_overwrites_unasked(softbrake: 
         (["info", "junk.vtkhdf"], "junk.vtkhdf"),
         (["plot", "missing.vtkhdf"], "missing.vtkhdf"),
         (["plot", "junk.vtkhdf"], "junk.vtkhdf"),
+        (
+            ["plot", "PAPER"],
+            "cannot be read: damaged, or not a result file; a result file of softbrake run (*.vtkhdf) is expected",
+        ),
+        (["plot", "folder.vtkhdf"], "Is a directory; a result file of softbrake run (*.vtkhdf) is expected"),
+        (["run", "PAPER", "--tolerance", "1"], "--tolerance 1: tolerance: 1 is out of range"),
     ],
     ids=lambda value: " ".join(value) if isinstance(value, list) else "",
 )
@@ -411,8 +446,11 @@ def test_run_for_people(softbrake: Command, paper: Path, tmp_path: Path) -> None
     assert list(tmp_path.iterdir()) == []
 
 
-def test_interrupt_leaves_a_readable_file_and_exit_130(
-    softbrake: Command, paper: Path, tmp_path: Path, environment: dict[str, str]
+@pytest.mark.parametrize(
+    "number", [signal.SIGINT, *(pytest.param(other, marks=pytest.mark.slow) for other in (signal.SIGTERM, signal.SIGHUP))]
+)
+def test_interrupt_leaves_a_readable_file(
+    softbrake: Command, paper: Path, tmp_path: Path, environment: dict[str, str], number: int
 ) -> None:
     fine = ("--set", "grid.generatrix=180", "--set", "grid.hoop=450")
     with start("run", paper, *fine, "-o", "cut.vtkhdf", environment=environment, folder=tmp_path) as process:
@@ -420,14 +458,24 @@ def test_interrupt_leaves_a_readable_file_and_exit_130(
         for line in process.stderr:
             if line.startswith("t "):
                 break
-        process.send_signal(signal.SIGINT)
+        process.send_signal(number)
         out, err = process.communicate(timeout=PATIENCE)
-    assert process.returncode == 130
+    assert process.returncode == 128 + number
     assert "Traceback" not in err
     assert "Interrupted at" in out
     answer = json.loads(softbrake("info", "cut.vtkhdf", "--json").stdout)
     assert answer["outcome"] == "interrupted"
     assert answer["steps"] > 0
+
+
+def test_ctrl_c_where_a_command_does_not_expect_it(paper: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    def interrupt(*_: object) -> None:
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(importlib.import_module("softbrake.case.case_file"), "open_case", interrupt)
+    for command in ("check", "run", "design"):
+        done = CliRunner().invoke(app, [command, str(paper)])
+        assert (done.exit_code, done.stdout, done.stderr) == (130, "", "interrupted\n")
 
 
 @pytest.mark.slow
@@ -453,12 +501,32 @@ def test_warmup_leaves_nothing_to_compile(paper: Path, tmp_path: Path, environme
         assert "data saved to" not in run.stdout
 
 
+def test_compiling_says_which_kernels_it_waits_for(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
+    """Each command that compiles others says so, and not that it were the first."""
+
+    def compile_kernels(_: object) -> None:
+        for _ in range(2):
+            with event.trigger_event("numba:compile"):
+                pass
+
+    monkeypatch.setattr(importlib.import_module("softbrake.sim.simulation"), "compile_kernels", compile_kernels)
+    lumped = parse_case(starter(), "starter", ["model.fidelity=lumped"])
+    full = parse_case(starter(), "starter", ["model.fidelity=full", "contact=full"])
+    compile_for([lumped], quiet=False)
+    compile_for([full, lumped], quiet=False)
+    compile_for([full], quiet=True)
+    assert capsys.readouterr().err.splitlines() == [
+        "compiling the kernels of lumped (10 to 40 s, once) ...",
+        "compiling the kernels of full with folds and lumped (10 to 40 s, once) ...",
+    ]
+
+
 @pytest.mark.slow
 def test_first_run_says_what_it_waits_for(paper: Path, tmp_path: Path, environment: dict[str, str]) -> None:
     cold = environment | {"NUMBA_CACHE_DIR": str(tmp_path)}
     lumped = [sys.executable, "-m", "softbrake", "run", str(paper), "--set", "model.fidelity=lumped", "--no-results"]
     runs = [subprocess.run(lumped, env=cold, capture_output=True, text=True, timeout=PATIENCE) for _ in range(2)]
-    assert [run.stderr.count("compiling kernels (first run only") for run in runs] == [1, 0]
+    assert [run.stderr.count("compiling the kernels of lumped (") for run in runs] == [1, 0]
     assert [run.returncode for run in runs] == [0, 0]
 
 

@@ -1,12 +1,19 @@
-"""How kernels are compiled: inlined by Numba's inside where that is known, else plainly, with the same digits."""
+"""How kernels are compiled, inlined by Numba's inside or plainly with the same digits, and how they are kept."""
 
+import errno
+import os
+import random
 import subprocess
 import sys
+import tempfile
+from collections.abc import Callable
 from pathlib import Path
 
 import pytest
+from numba.core.caching import IndexDataCacheFile, _CacheLocator
+from numba.core.registry import CPUDispatcher
 
-from softbrake.core import inlining
+from softbrake.core import inlining, jit
 from softbrake.core.jit import kernel
 
 CONFIGS = Path(__file__).resolve().parents[1] / "configs"
@@ -69,3 +76,146 @@ print(one.state.now.tobytes().hex(), one.state.nodes.x.tobytes().hex())
     plain, inlined = run(code, environment, SOFTBRAKE_SIMPLE_JIT="1"), run(code, environment)
     assert len(plain) > 500
     assert plain == inlined
+
+
+# The cache on disk
+
+
+@pytest.fixture
+def cached(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Callable[[], CPUDispatcher]:
+    """Call a kernel as a new process would, its code cached in a folder of the test's; gives Numba's dispatcher."""
+    monkeypatch.setattr(jit, "CACHE_FOLDER", tmp_path)
+
+    def twice(x):  # type: ignore[no-untyped-def]
+        return 2.0 * x
+
+    def call() -> CPUDispatcher:
+        dispatcher = kernel(twice).entry
+        assert dispatcher(1.5) == 3.0
+        return dispatcher
+
+    return call
+
+
+def found(dispatcher: CPUDispatcher) -> bool:
+    return bool(dispatcher.stats.cache_hits)
+
+
+def empty(file: Path) -> None:
+    file.write_bytes(b"")
+
+
+def cut(file: Path) -> None:
+    file.write_bytes(file.read_bytes()[: file.stat().st_size // 2])
+
+
+def scramble(file: Path) -> None:
+    file.write_bytes(random.Random(1).randbytes(file.stat().st_size))
+
+
+def flip(file: Path) -> None:
+    content = bytearray(file.read_bytes())
+    content[len(content) // 2] ^= 1
+    file.write_bytes(content)
+
+
+def lock(file: Path) -> None:
+    file.chmod(0)
+
+
+def turn_into_folder(file: Path) -> None:
+    file.unlink()
+    file.mkdir()
+
+
+@pytest.mark.parametrize("suffix", ["nbi", "nbc"])
+@pytest.mark.parametrize("damage", [empty, cut, scramble, flip, lock])
+def test_damaged_cache_is_replaced(
+    cached: Callable[[], CPUDispatcher],
+    tmp_path: Path,
+    caplog: pytest.LogCaptureFixture,
+    damage: Callable[[Path], None],
+    suffix: str,
+) -> None:
+    """One line says so; a byte of the machine code that is another would crash the program."""
+    assert not found(cached())
+    assert found(cached())
+    (file,) = tmp_path.rglob(f"*.{suffix}")
+    damage(file)
+    harmless = damage is lock and os.access(file, os.R_OK)  # to who may read all
+    assert found(cached()) == harmless
+    assert len(caplog.messages) == (0 if damage is lock and (harmless or suffix == "nbc") else 1)
+    assert all(f"{tmp_path} cannot be read" in said for said in caplog.messages)
+    assert found(cached())
+
+
+def test_cache_that_cannot_be_mended_is_done_without(
+    cached: Callable[[], CPUDispatcher], tmp_path: Path, caplog: pytest.LogCaptureFixture
+) -> None:
+    cached()
+    (index,) = tmp_path.rglob("*.nbi")
+    turn_into_folder(index)
+    for _ in range(2):
+        assert not found(cached())
+    assert [said.split(" (")[0] for said in caplog.messages] == [
+        f"kernel cache: a file in {tmp_path} cannot be read",
+        f"kernel cache: {tmp_path} cannot be written",
+    ]
+
+
+def test_cache_on_a_full_disk_is_done_without(
+    cached: Callable[[], CPUDispatcher], tmp_path: Path, caplog: pytest.LogCaptureFixture, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def full(*_: object) -> None:
+        raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+
+    monkeypatch.setattr(IndexDataCacheFile, "_open_for_write", full)
+    for _ in range(2):
+        assert not found(cached())
+    assert caplog.messages == [
+        f"kernel cache: {tmp_path} cannot be written (No space left on device); each run compiles its kernels"
+    ]
+    monkeypatch.setattr(_CacheLocator, "ensure_cache_path", full)
+    assert not found(cached())
+    assert len(caplog.messages) == 2
+    assert list(tmp_path.rglob("*.nb*")) == []
+
+
+# Where it is
+
+
+@pytest.mark.parametrize("home", [{}, {"XDG_CACHE_HOME": ""}, {"XDG_CACHE_HOME": "here"}, {"HOME": "/proc/nowhere"}], ids=str)
+def test_user_without_a_home_has_a_temporary_folder(
+    home: dict[str, str], environment: dict[str, str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Nothing is put into the current folder, and the next run finds the same one."""
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "tmp").mkdir()
+    bare = {"PATH": os.environ["PATH"], "PYTHONPATH": environment["PYTHONPATH"], "TMPDIR": str(tmp_path / "tmp")}
+    code = """
+import os, pwd
+def unknown(_):
+    raise KeyError
+pwd.getpwuid = unknown
+from softbrake.core.jit import CACHE_FOLDER
+print(CACHE_FOLDER)
+"""
+    folders = {run(code, bare, **home) for _ in range(2)}
+    assert len(folders) == 1
+    assert folders.pop().startswith(str(tmp_path / "tmp" / "softbrake-"))
+    assert [path.name for path in tmp_path.iterdir()] == ["tmp"]
+
+
+def test_named_cache_folder_needs_no_home(environment: dict[str, str], tmp_path: Path) -> None:
+    bare = {"PATH": os.environ["PATH"], "PYTHONPATH": environment["PYTHONPATH"], "XDG_CACHE_HOME": str(tmp_path)}
+    code = "import os; os.path.expanduser = lambda path: path\nfrom softbrake.core.jit import CACHE_FOLDER; print(CACHE_FOLDER)"
+    assert run(code, bare).startswith(str(tmp_path / "softbrake"))
+
+
+def test_temporary_folder_of_another_is_not_trusted(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(tempfile, "tempdir", str(tmp_path))
+    own = jit._temporary_folder()
+    assert jit._temporary_folder() == own
+    own.chmod(0o777)
+    assert jit._temporary_folder() != own
+    assert jit._temporary_folder().stat().st_mode & 0o077 == 0

@@ -8,6 +8,7 @@ import os
 import random
 import signal
 import subprocess
+import sys
 import time
 from collections.abc import Sequence
 from dataclasses import replace
@@ -346,6 +347,37 @@ def test_a_cluster_that_loses_a_worker_loses_no_run(tmp_path: Path, environment:
     assert told[-1] == (160, 160, True)
 
 
+@pytest.mark.slow
+def test_a_lost_scheduler_is_one_line_and_the_same_command_goes_on(tmp_path: Path, environment: dict[str, str]) -> None:
+    pytest.importorskip("distributed")
+    folder, about = tmp_path / "sweep", tmp_path / "scheduler.json"
+
+    def dask(*words: str) -> subprocess.Popen[bytes]:
+        command = [sys.executable, "-m", "dask", *words, "--no-dashboard", "--scheduler-file", str(about)]
+        return subprocess.Popen(command, env=environment, cwd=tmp_path, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+
+    with dask("scheduler", "--host", "127.0.0.1", "--port", "0") as scheduler, dask("worker", "--nthreads", "1") as worker:
+        while not about.exists():
+            assert scheduler.poll() is None
+            time.sleep(0.1)
+        address = json.loads(about.read_text())["address"]
+        words = ("sweep", MODULI, "--vary", *MANY, "-o", folder, "-q", "--set", "grid.generatrix=48")
+        with start(*words, "--scheduler", address, environment=environment, folder=tmp_path) as process:
+            while lines(folder) < 1:
+                assert process.poll() is None
+                time.sleep(0.002)
+            scheduler.kill()
+            _, told = process.communicate(timeout=PATIENCE)
+        worker.terminate()
+    assert process.returncode == 1
+    assert told == f"--scheduler {address}: lost; the same command goes on from here\n"
+    assert 1 <= lines(folder) < 150
+    with start(*words, environment=environment, folder=tmp_path) as again:
+        again.communicate(timeout=PATIENCE)
+    assert again.returncode == 0
+    assert lines(folder) == 150
+
+
 # What they write
 
 
@@ -532,6 +564,15 @@ def test_a_long_sweep_prints_some_of_its_runs(capsys: pytest.CaptureFixture[str]
     [
         (["sweep", "PAPER"], "no section sweep"),
         (["sweep", "PAPER", "--vary", "fabric.F=1,2"], "--vary fabric.F=1,2: fabric.F: unknown key"),
+        (
+            ["sweep", "MODULI", "--vary", "fabric.E=1:2:1e8"],
+            "fabric.E: 1e8 values; up to 1000000 are expected; mode: lhs samples",
+        ),
+        (["sweep", "MODULI", "--vary", "fabric.E=1:2:100000000"], "fabric.E: 100000000 values; up to 1000000 are expected"),
+        (
+            ["sweep", "MODULI", "--vary", "fabric.E=1,5kN/m:2kN/m:3"],
+            "'1,5kN/m:2kN/m:3' has a comma; numbers have a decimal point",
+        ),
         (["sweep", "MODULI", "--shard", "3/2"], "--shard 3/2: a part of the runs"),
         (["sweep", "MODULI", "-o", "file"], "file: is not a folder"),
         (["sweep", "MODULI", "--threads", "2", "--scheduler", "tcp://h:1"], "exclude each other"),

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import sys
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -80,15 +81,21 @@ class CaseFile:
         return found
 
 
-def open_case(path: str | Path, overrides: Sequence[str] = ()) -> CaseFile:
-    """Read a case file, to be varied. overrides and errors: as of `load_case`."""
-    return case_file(_read_text(path), str(path), overrides)
+def name_of(path: str | Path) -> str:
+    """Name of a case file as messages and results have it; - is stdin."""
+    return "stdin" if str(path) == "-" else str(path)
+
+
+def open_case(path: str | Path, overrides: Sequence[str | Override] = ()) -> CaseFile:
+    """Read a case file, to be varied. path, overrides and errors: as of `load_case`."""
+    name = name_of(path)
+    return case_file(_read_text(path, name), name, overrides)
 
 
 def load_case(path: str | Path, overrides: Sequence[str] = ()) -> Case:
     """Read a case file.
 
-    overrides: texts such as `fabric.E=18.75kN/m`, applied in turn to the keys of the file.
+    path: - for what comes on stdin. overrides: texts such as `fabric.E=18.75kN/m`, applied in turn to the keys of the file.
     Raises CaseError with all faults of the file and the overrides.
     """
     return open_case(path, overrides).case
@@ -109,7 +116,7 @@ def case_file(text: str, name: str, overrides: Sequence[str | Override] = ()) ->
     try:
         root = parse(text, place_of, check.fault)
     except YamlError as error:
-        check.fault(error.place, "", str(error), "valid YAML is expected")
+        check.fault(error.place, "", str(error), error.expected)
         raise CaseError(check.messages()) from None
     if root is None or not isinstance(root.value, dict):
         place = root.place if root else place_of(0, 0)
@@ -131,18 +138,22 @@ def _checked(name: str, written: Node, tree: Node, count: int, overrides: Sequen
     return CaseFile(name, written, tree, count + len(overrides), case)
 
 
-def _read_text(path: str | Path) -> str:
+def _read_text(path: str | Path, name: str) -> str:
     try:
-        content = Path(path).read_bytes()
+        content = _read_stdin() if str(path) == "-" else Path(path).read_bytes()
     except OSError as error:
-        raise CaseError([f"{path}: {error.strerror or error}; a case file is expected"]) from None
+        raise CaseError([f"{name}: {error.strerror or error}; a case file is expected"]) from None
     try:
         return content.decode("utf-8-sig")
     except UnicodeDecodeError as error:
         before = content[: error.start]
         line, column = before.count(b"\n") + 1, error.start - before.rfind(b"\n")
-        fault = f"{path}:{line}:{column}: byte 0x{content[error.start]:02x} is not UTF-8; a text file in UTF-8 is expected"
+        fault = f"{name}:{line}:{column}: byte 0x{content[error.start]:02x} is not UTF-8; a text file in UTF-8 is expected"
         raise CaseError([fault]) from None
+
+
+def _read_stdin() -> bytes:
+    return b"" if sys.stdin is None else sys.stdin.buffer.read()
 
 
 def _gather(node: Node, where: str, keys: Sequence[Key], found: dict[str, Number]) -> None:

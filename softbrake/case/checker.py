@@ -8,8 +8,10 @@ from difflib import get_close_matches
 from typing import Any
 
 from softbrake.case.keys import Key
+from softbrake.case.units import POINT
 from softbrake.case.yaml_nodes import Node, Place, join
 
+CLOSE = 0.65  # of two names, from which on one may be meant for the other; vents and belts have 0.6
 Values = dict[str, Any]  # of a section, without the faulty ones
 
 
@@ -80,9 +82,11 @@ class Checker:
 
     def unknown(self, place: Place, path: str, name: str, known: Sequence[str]) -> None:
         """Tell of a key that is none, and which one was probably meant."""
-        close = get_close_matches(name, known, 1)
+        close = get_close_matches(name, known, 1, CLOSE)
         self.meant |= {join(path, match) for match in close}
         hint = f"did you mean '{close[0]}'?" if close else f"known are {', '.join(known)}"
+        if name[:1].isdecimal():  # what comes behind the comma of {diameter: 0,5 m}
+            hint = f"{POINT}, no comma"
         self.fault(place, join(path, name), "unknown key", hint)
 
     def missing(self, node: Node, path: str, key: Key) -> None:

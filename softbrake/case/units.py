@@ -40,6 +40,7 @@ UNITS: dict[str, tuple[float, Powers]] = {
     "%": (1e-2, (0, 0, 0)),
 }
 
+POINT = "numbers have a decimal point"
 _QUANTITY = re.compile(r"\s*([-+]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][-+]?[0-9]+)?)\s*(.*?)\s*")
 _SEPARATOR = re.compile(r"\s*([*·/])\s*|\s+")
 _FACTOR = re.compile(r"([A-Za-z]+|%)(?:\^(-?[1-9]))?")
@@ -146,6 +147,8 @@ def parse_quantity(text: str, expected: Dimension) -> float:
     if match is None:
         raise ValueError(f"'{text}' is not a number with a unit")
     unit = match[2]
+    if unit.startswith(","):
+        raise ValueError(f"'{text}' has a comma, {POINT}")
     value = float(match[1]) * unit_size(unit, expected)
     if not math.isfinite(value):
         raise ValueError(f"'{text}' is not a finite number")

@@ -35,11 +35,12 @@ PlaceOf = Callable[[int, int], Place]  # of a line and column counted from 0
 
 
 class YamlError(Exception):
-    """The text is not YAML; `place` and the message say where and why."""
+    """The text is not YAML; `place`, the message and `expected` say where, why and what is allowed."""
 
-    def __init__(self, place: Place, message: str) -> None:
+    def __init__(self, place: Place, message: str, expected: str = "valid YAML is expected") -> None:
         super().__init__(message)
         self.place = place
+        self.expected = expected
 
 
 _LOADER: Any = getattr(yaml, "CSafeLoader", yaml.SafeLoader)
@@ -85,6 +86,8 @@ def parse(text: str, place_of: PlaceOf, report: Report, path: str = "") -> Node 
     except yaml.MarkedYAMLError as error:
         mark = error.problem_mark or error.context_mark
         place = place_of(mark.line, mark.column) if mark else place_of(0, 0)
+        if mark and text[mark.index : mark.index + 1] == "\t":
+            raise YamlError(place, "a tab", "spaces are expected in front of a key") from None
         raise YamlError(place, error.problem or "not YAML") from None
     except yaml.reader.ReaderError as error:
         before = text[: error.position]

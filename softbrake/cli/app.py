@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
-from typing import Annotated
+import codecs
+import io
+import sys
+from typing import Annotated, Any
 
 import typer
 
 from softbrake import __version__
 from softbrake.cli import chart, check, design, inflate, result, run, stability, sweep, warmup
+from softbrake.cli.exits import ending
 
 COMMANDS = (  # in the order of --help
     run.run,
@@ -26,7 +30,34 @@ COMMANDS = (  # in the order of --help
     chart.chart,
     warmup.warmup,
 )
-app = typer.Typer(
+
+
+class Ascii(io.TextIOWrapper):
+    """ASCII under another name: Click takes ASCII for a mistake, and would write UTF-8."""
+
+    encoding = "latin-1"
+
+
+def replacing(stream: Any) -> Any:
+    """Return stdout or stderr so that characters which its code page has not are replaced: no answer is lost to one of them."""
+    if not isinstance(stream, io.TextIOWrapper):
+        return stream
+    if codecs.lookup(stream.encoding).name == "ascii":
+        buffered = stream.line_buffering
+        return Ascii(stream.detach(), "ascii", "replace", line_buffering=buffered)
+    stream.reconfigure(errors="replace")
+    return stream
+
+
+class App(typer.Typer):
+    """The command line as a program runs it."""
+
+    def __call__(self, *arguments: Any, **options: Any) -> Any:
+        sys.stdout, sys.stderr = replacing(sys.stdout), replacing(sys.stderr)
+        return super().__call__(*arguments, **options)
+
+
+app = App(
     help="Braking of a falling cargo by an inflatable shell of fabric and ring belts.",
     no_args_is_help=True,
     add_completion=False,
@@ -34,7 +65,7 @@ app = typer.Typer(
     pretty_exceptions_enable=False,
 )
 for command in COMMANDS:
-    app.command()(command)
+    app.command()(ending(command))
 
 
 def _print_version(wanted: bool) -> None:

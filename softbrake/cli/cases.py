@@ -13,12 +13,13 @@ from softbrake.cli.exits import fail
 if TYPE_CHECKING:
     from softbrake.case.case import Case
     from softbrake.case.case_file import CaseFile
+    from softbrake.case.overrides import Override
     from softbrake.studies.axes import Designs
 
 SET_ASIDE = "tolerance: a run chooses its own grid and step; this is about those of the case"
 
 
-def read(path: Path, overrides: list[str] | None) -> CaseFile:
+def read(path: Path, overrides: Sequence[str | Override] | None) -> CaseFile:
     """A case file, read once."""
     from softbrake.case.case_file import CaseError, open_case
 

@@ -9,7 +9,7 @@ import typer
 
 from softbrake.cli import cases
 from softbrake.cli.exits import FAILED, INTERRUPTED, compile_for, fail
-from softbrake.cli.files import check_place, drawing, writing
+from softbrake.cli.files import check_place, drawing, stem, writing
 from softbrake.cli.options import CasePath, Overrides, Quiet
 
 
@@ -27,7 +27,7 @@ def chart(
     import shlex
 
     case = cases.load(case_file, overrides)
-    picture = output or Path(f"{case_file.stem}-chart.png")
+    picture = output or Path(f"{stem(case_file)}-chart.png")
     table = picture.with_suffix(".csv")
     for file in (picture, table):
         check_place(file)

@@ -7,6 +7,7 @@ from typing import Annotated
 
 import typer
 
+from softbrake.case.case_file import name_of
 from softbrake.cli import cases
 from softbrake.cli.exits import fail
 from softbrake.cli.files import check_place, writing
@@ -28,7 +29,7 @@ def check(case_file: CasePath, overrides: Overrides = None) -> None:
     last = f"  pressure            {pressure.values[-1]:.4g} Pa from {pressure.times[-1]:.4g} s on\n" if pressure.times else ""
     idle = f"  without effect      {', '.join(case.without_contact)}\n" if case.without_contact else ""
     typer.echo(
-        f"{case_file}: OK\n"
+        f"{name_of(case_file)}: OK\n"
         f"  {case.title}\n"
         f"  grid                {cells}, {case.model.scheme} scheme\n"
         f"  fidelity            {case.model.fidelity}\n"

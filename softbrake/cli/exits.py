@@ -2,15 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
-from typing import TYPE_CHECKING, NoReturn
+from functools import wraps
+from typing import TYPE_CHECKING, Any, NoReturn
 
 import typer
 
-if TYPE_CHECKING:
-    from types import FrameType
+from softbrake.sim.interrupt import interrupts_handled, taken_as_interrupts
 
+if TYPE_CHECKING:
     from softbrake.case.case import Case
 
 FAILED, BAD_INPUT, INTERRUPTED = 1, 2, 130
@@ -23,32 +24,51 @@ def fail(message: object, code: int = BAD_INPUT) -> NoReturn:
     raise typer.Exit(code)
 
 
+def ending(command: Callable[..., None]) -> Callable[..., None]:
+    """A command that SIGTERM and SIGHUP end as Ctrl-C does, with the exit code 128 and their number, as a shell expects."""
+
+    @wraps(command)
+    def run(*arguments: Any, **options: Any) -> None:
+        came: list[int] = []
+        try:
+            with taken_as_interrupts(came):
+                command(*arguments, **options)
+            return
+        except KeyboardInterrupt:
+            typer.echo("interrupted", err=True)
+            code = INTERRUPTED
+        except typer.Exit as end:
+            code = end.exit_code
+        raise typer.Exit(128 + came[0] if code == INTERRUPTED and came else code)
+
+    return run
+
+
 @contextmanager
 def leaving_at_once() -> Iterator[None]:
     """End on Ctrl-C as interrupted, at once: the compiler would make errors of its own of it. Nothing may be half written."""
     import os
-    import signal
 
-    def leave(number: int, frame: FrameType | None) -> NoReturn:
+    def leave(number: int) -> NoReturn:
         typer.echo("interrupted", err=True)
-        os._exit(INTERRUPTED)
+        os._exit(128 + number)
 
-    before = signal.signal(signal.SIGINT, leave)
-    try:
+    with interrupts_handled(leave):
         yield
-    finally:
-        signal.signal(signal.SIGINT, before)
 
 
 def compile_for(cases: Iterable[Case], quiet: bool) -> None:
     """Load what runs of the cases need; say so where it is not compiled yet, and compile it."""
     with leaving_at_once():
         from softbrake.core.jit import before_compiling
-        from softbrake.sim.simulation import compile_kernels, kernels_of
+        from softbrake.sim.simulation import compile_kernels, kernel_name, kernels_of
+
+        wanted = kernels_of(cases)
 
         def say() -> None:
             if not quiet:
-                typer.echo(f"compiling kernels (first run only, {COMPILING}) ...", err=True)
+                names = " and ".join(kernel_name(*each) for each in sorted(wanted))
+                typer.echo(f"compiling the kernels of {names} ({COMPILING}, once) ...", err=True)
 
         with before_compiling(say):
-            compile_kernels(kernels_of(cases))
+            compile_kernels(wanted)

@@ -7,10 +7,16 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from softbrake.case.case_file import name_of
 from softbrake.cli.exits import FAILED, fail
 
 if TYPE_CHECKING:
     from softbrake.case.case import Case
+
+
+def stem(case_file: Path) -> str:
+    """How the names of a case's files begin."""
+    return Path(name_of(case_file)).stem
 
 
 def result_file(
@@ -22,7 +28,7 @@ def result_file(
     """
     if no_results:
         return None
-    results = output or Path(f"{case_file.stem}{ending}")
+    results = output or Path(f"{stem(case_file)}{ending}")
     if results.resolve() == case_file.resolve():
         fail(f"{results}: is the case file; --output must name another one")
     if results.suffix != ".vtkhdf":

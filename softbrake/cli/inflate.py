@@ -7,6 +7,7 @@ from typing import Annotated
 
 import typer
 
+from softbrake.case.case_file import name_of
 from softbrake.cli import cases
 from softbrake.cli.exits import FAILED, INTERRUPTED, compile_for, fail
 from softbrake.cli.files import result_file
@@ -48,7 +49,7 @@ def inflate(
     try:
         answer = at_rest(case, results, residual)
     except ValueError as error:
-        fail(f"{case_file}: {error}")
+        fail(f"{name_of(case_file)}: {error}")
     except NotInflated as error:
         fail(error, FAILED)
     except KeyboardInterrupt:

@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-CasePath = Annotated[Path, typer.Argument(metavar="CASE", help="Case file (YAML).")]
+CasePath = Annotated[Path, typer.Argument(metavar="CASE", help="Case file (YAML); - for stdin.")]
 ResultPath = Annotated[Path, typer.Argument(metavar="RESULT", help="Result file of a run (*.vtkhdf).")]
 Overrides = Annotated[
     list[str] | None,

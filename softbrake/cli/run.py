@@ -7,6 +7,8 @@ from typing import Annotated
 
 import typer
 
+from softbrake.case.overrides import Override
+from softbrake.case.yaml_nodes import Place
 from softbrake.cli import cases
 from softbrake.cli.answer import check_scale, check_sound, show
 from softbrake.cli.exits import FAILED, INTERRUPTED, compile_for, fail
@@ -44,7 +46,9 @@ def run(
     """Simulate the drop of a case file."""
     if no_results and output is not None:
         fail("--output and --no-results exclude each other")
-    changes = [*(overrides or ()), *([f"tolerance={tolerance}"] if tolerance is not None else ())]
+    changes: list[str | Override] = [*(overrides or ())]
+    if tolerance is not None:
+        changes.append(Override(f"tolerance={tolerance}", Place((1, len(changes), 0), f"--tolerance {tolerance}")))
     opened = cases.read(case_file, changes)
     case = opened.case
     if with_error_bar and case.insists:

@@ -8,9 +8,10 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from softbrake.case.case_file import name_of
 from softbrake.cli import cases
 from softbrake.cli.exits import FAILED, INTERRUPTED, compile_for, fail
-from softbrake.cli.files import check_place, drawing, writing
+from softbrake.cli.files import check_place, drawing, stem, writing
 from softbrake.cli.options import CasePath, Overrides
 
 if TYPE_CHECKING:
@@ -42,14 +43,14 @@ def stability(
         fail(error)
     if output is not None and not axes:
         fail("--output: a map needs at least one axis, --over")
-    picture = output or Path(f"{case_file.stem}-stability.png")
+    picture = output or Path(f"{stem(case_file)}-stability.png")
     table = picture.with_suffix(".csv")
     if axes:
         _check_files(picture, table)
     case = cases.at_fidelity(opened.case, "full")
     each = [case, *_cases_along(opened, axes)]
     if any(one.model.fidelity == "lumped" for one in each):
-        fail(f"{case_file}: a case of fidelity lumped has no grid whose waves could grow; --set model.fidelity=full")
+        fail(f"{name_of(case_file)}: a case of fidelity lumped has no grid whose waves could grow; --set model.fidelity=full")
     if case.insists:
         typer.echo(cases.SET_ASIDE, err=True)
     compile_for(each, quiet=False)
@@ -74,7 +75,7 @@ def stability(
             draw_map(points, axes, picture)
         typer.echo(f"{picture} and {table} written")
     if not own.edge_found:
-        fail(f"{case_file}: {edge_in_words(own)}", FAILED)
+        fail(f"{name_of(case_file)}: {edge_in_words(own)}", FAILED)
 
 
 def _check_files(picture: Path, table: Path) -> None:

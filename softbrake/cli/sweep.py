@@ -7,9 +7,10 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from softbrake.case.case_file import name_of
 from softbrake.cli import cases
 from softbrake.cli.exits import FAILED, INTERRUPTED, compile_for, fail
-from softbrake.cli.files import writing
+from softbrake.cli.files import stem, writing
 from softbrake.cli.options import CasePath, JsonLines, Overrides, Quiet
 
 if TYPE_CHECKING:
@@ -54,16 +55,16 @@ def sweep(
     """Run a case with many values; the same command again goes on where it was broken off."""
     designs = cases.designs(cases.read(case_file, overrides), vary, mode=mode, samples=samples, seed=seed)
     if not designs.axes:
-        fail(f"{case_file}: no section sweep; one, or --vary fabric.E=10kN/m:30kN/m:200, is expected")
+        fail(f"{name_of(case_file)}: no section sweep; one, or --vary fabric.E=10kN/m:30kN/m:200, is expected")
     if scheduler is not None and threads is not None:
         fail("--scheduler and --threads exclude each other: workers have threads of their own")
     number, of = _shard(shard)
-    folder = output or Path(f"{case_file.stem}-sweep")
+    folder = output or Path(f"{stem(case_file)}-sweep")
     if folder.exists() and not folder.is_dir():
         fail(f"{folder}: is not a folder; --output must name one")
 
     from softbrake.report.console.progress import runs_progress
-    from softbrake.studies.sweep import NotKept, Shard, SweepError, read_journals, run_sweep
+    from softbrake.studies.sweep import NotKept, SchedulerLost, Shard, SweepError, read_journals, run_sweep
 
     cases.warn_of_long_steps(design.case for design in designs.all)
     if scheduler is None:
@@ -81,7 +82,7 @@ def sweep(
                 progress=progress,
                 told=lambda text: typer.echo(text, err=True),
             )
-    except NotKept as error:
+    except (NotKept, SchedulerLost) as error:
         fail(error, FAILED)
     except SweepError as error:
         fail(error)

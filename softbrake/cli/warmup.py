@@ -18,4 +18,5 @@ def warmup() -> None:
         typer.echo("compiling kernels (1 to 3 minutes), or loading those compiled before ...", err=True)
         start = perf_counter()
         compile_kernels(report=lambda name: typer.echo(f"  {name}", err=True))
-    typer.echo(f"{perf_counter() - start:.1f} s; kernels are in {CACHE_FOLDER}")
+    kept = f"kernels are in {CACHE_FOLDER}" if CACHE_FOLDER is not None else "kernels are not kept"
+    typer.echo(f"{perf_counter() - start:.1f} s; {kept}")

@@ -1,18 +1,21 @@
 """The one decorator of all kernels, and where their machine code is cached."""
 
+import contextlib
 import hashlib
 import os
+import stat
 import sys
 import tempfile
 import warnings
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
 import numba
 from numba import config, njit
 from numba.core import event
+
+from softbrake.core.cache import KernelCache, warn
 
 PACKAGE = Path(__file__).resolve().parents[1]
 
@@ -26,25 +29,44 @@ def hash_sources(*folders: Path) -> str:
     return digest.hexdigest()[:16]
 
 
-def _cache_base() -> Path:
+def _user_folder() -> Path:
+    """Where a user's caches belong. Raises RuntimeError without a home: a container's user may have none."""
     if config.CACHE_DIR:
         return Path(config.CACHE_DIR)
-    if sys.platform == "win32":
-        return Path(os.environ.get("LOCALAPPDATA", Path.home() / "AppData" / "Local"))
-    if sys.platform == "darwin":
-        return Path.home() / "Library" / "Caches"
-    return Path(os.environ.get("XDG_CACHE_HOME", Path.home() / ".cache"))
+    variable, usual = {"win32": ("LOCALAPPDATA", "AppData/Local"), "darwin": ("", "Library/Caches")}.get(
+        sys.platform, ("XDG_CACHE_HOME", ".cache")
+    )
+    folder = Path(os.environ.get(variable, ""))
+    if not folder.is_absolute():  # by the standard an empty or relative one does not count
+        folder = Path.home() / usual
+    if not folder.is_absolute():
+        raise RuntimeError("HOME is no folder")
+    return folder
 
 
-def _cache_folder() -> Path:
-    """Writable folder for this version of the kernels; a new temporary one where the user has none."""
+def _temporary_folder() -> Path:
+    """A folder of the user's own among those for temporary files, so that the next run finds its kernels."""
+    if not hasattr(os, "getuid"):  # Windows has such folders for each user
+        return Path(tempfile.gettempdir())
+    folder = Path(tempfile.gettempdir(), f"softbrake-{os.getuid()}")
+    folder.mkdir(mode=0o700, exist_ok=True)
+    about = folder.lstat()
+    if about.st_uid != os.getuid() or not stat.S_ISDIR(about.st_mode) or about.st_mode & 0o077:
+        return Path(tempfile.mkdtemp(prefix="softbrake-"))  # others could put code of theirs there
+    return folder
+
+
+def _cache_folder() -> Path | None:
+    """Writable folder for this version of the kernels; a temporary one where the user has none, None without any."""
     # Numba looks at a kernel's own file only: a changed helper or constant would leave stale machine code in one folder for all.
-    folder = _cache_base() / "softbrake" / (hash_sources(PACKAGE / "core") + ("" if INLINING is not None else "-plain"))
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-    except OSError:
-        return Path(tempfile.mkdtemp(prefix="softbrake-"))
-    return folder if os.access(folder, os.W_OK) else Path(tempfile.mkdtemp(prefix="softbrake-"))
+    version = hash_sources(PACKAGE / "core") + ("" if INLINING is not None else "-plain")
+    for base in (_user_folder, _temporary_folder):
+        with contextlib.suppress(OSError, RuntimeError):
+            folder = base() / "softbrake" / version
+            folder.mkdir(parents=True, exist_ok=True)
+            tempfile.TemporaryFile(dir=folder).close()
+            return folder
+    return None
 
 
 def _inlining() -> Any:
@@ -79,7 +101,7 @@ class _Announcement(event.Listener):
         pass
 
 
-@contextmanager
+@contextlib.contextmanager
 def before_compiling(say: Callable[[], None]) -> Iterator[None]:
     """Call say once within the context, at the first kernel that is not found compiled."""
     with event.install_listener("numba:compile", _Announcement(say)):
@@ -88,11 +110,18 @@ def before_compiling(say: Callable[[], None]) -> Iterator[None]:
 
 def cached_njit(function: Callable[..., Any], **options: Any) -> Any:
     """Numba's dispatcher of a function, its machine code cached in CACHE_FOLDER."""
+    dispatcher = njit(**options)(function)
+    if CACHE_FOLDER is None:
+        warn("no folder can be written; each run compiles its kernels")
+        return dispatcher
     theirs, config.CACHE_DIR = config.CACHE_DIR, str(CACHE_FOLDER)
     try:
-        return njit(cache=True, **options)(function)
+        dispatcher._cache = KernelCache(function)
+    except RuntimeError:  # the folder has no room for one more
+        warn(f"{CACHE_FOLDER} cannot be written; each run compiles its kernels")
     finally:
         config.CACHE_DIR = theirs
+    return dispatcher
 
 
 def kernel(function: Callable[..., Any]) -> Any:

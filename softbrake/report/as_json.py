@@ -26,7 +26,7 @@ def summary_json(summary: Summary, tension_scale: float | None = None) -> str:
         answer["dimensionless"] = {"tension_scale": tension_scale} | {
             name: None if value is None else value / tension_scale for name, value in peaks.items()
         }
-    return json.dumps(_finite(answer), indent=2, ensure_ascii=False, allow_nan=False)
+    return json.dumps(_finite(answer), indent=2, allow_nan=False)
 
 
 def row_json(row: dict[str, float]) -> str:
@@ -36,12 +36,12 @@ def row_json(row: dict[str, float]) -> str:
 
 def line_json(row: dict[str, Any]) -> str:
     """One run of a sweep as one JSON object on one line."""
-    return json.dumps(_finite(row), ensure_ascii=False, allow_nan=False)
+    return json.dumps(_finite(row), allow_nan=False)
 
 
 def inflation_json(inflation: Inflation) -> str:
     """The static inflation as one JSON object."""
-    return json.dumps(asdict(inflation), indent=2, ensure_ascii=False, allow_nan=False)
+    return json.dumps(asdict(inflation), indent=2, allow_nan=False)
 
 
 def design_json(question: Question, stop: tuple[FullStop, list[tuple[float, Summary]]], found: DesignAnswer) -> str:
@@ -67,7 +67,7 @@ def design_json(question: Question, stop: tuple[FullStop, list[tuple[float, Summ
         ],
         "summary": asdict(found.summary),
     }
-    return json.dumps(_finite(answers), indent=2, ensure_ascii=False, allow_nan=False)
+    return json.dumps(_finite(answers), indent=2, allow_nan=False)
 
 
 def _finite(value: Any) -> Any:

@@ -71,6 +71,7 @@ HISTORY_DTYPE = np.dtype([(column.name.lower(), np.float64) for column in Histor
 PARTS = ("shell", "belt", "lower cover", "upper cover", "ground")  # by the values of the cell array `part`
 SHELL_PART, BELT, LOWER_COVER, UPPER_COVER, GROUND = range(len(PARTS))
 _COMPRESSED: dict[str, Any] = {"compression": "gzip", "compression_opts": 4, "shuffle": True}
+EXPECTED = "a result file of softbrake run (*.vtkhdf) is expected"
 SECONDS_KEPT = 0.5  # each call of HDF5 costs as much as the data of a small shell, and a flush as ten
 _BYTES_KEPT = 2**26
 _BLOCK = 128  # entries a chunk, of datasets with a number or a history row an entry
@@ -558,9 +559,9 @@ def _open(path: Path | str) -> Iterator[h5py.File]:
             file["softbrake"]
             yield file
     except KeyError as error:
-        raise ResultError(f"{path}: not a softbrake result file, or an incomplete one") from error
+        raise ResultError(f"{path}: not a softbrake result file, or an incomplete one; {EXPECTED}") from error
     except (OSError, RuntimeError) as error:
         if isinstance(error, OSError) and error.errno:
-            raise ResultError(f"{path}: cannot be read: {_reason(error)}") from error
+            raise ResultError(f"{path}: cannot be read: {_reason(error)}; {EXPECTED}") from error
         fault = "truncated" if "truncated" in str(error) else "damaged, or not a result file"
-        raise ResultError(f"{path}: cannot be read: {fault}") from error
+        raise ResultError(f"{path}: cannot be read: {fault}; {EXPECTED}") from error

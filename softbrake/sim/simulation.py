@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import os
 import sys
 import time
 from collections.abc import Callable, Iterable, Iterator
@@ -103,11 +102,6 @@ class NotInflated(Exception):
     """The shell found no shape of rest; the message says how far it came and the likely cause."""
 
 
-def cores() -> int:
-    """Number of cores that this process may use."""
-    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
-
-
 def kernels_of(cases: Iterable[Case]) -> set[tuple[str, bool]]:
     """Return which of ALL_KERNELS runs of cases need."""
     wanted: set[tuple[str, bool]] = set()
@@ -117,13 +111,18 @@ def kernels_of(cases: Iterable[Case]) -> set[tuple[str, bool]]:
     return wanted
 
 
+def kernel_name(fidelity: str, self_contact: bool) -> str:
+    """Name of one of ALL_KERNELS for people."""
+    return fidelity + " with folds" * self_contact
+
+
 def compile_kernels(wanted: Iterable[tuple[str, bool]] = ALL_KERNELS, report: Callable[[str], None] = lambda _: None) -> None:
     """Compile, or load, some of ALL_KERNELS, and those of pictures and disturbances.
 
     report: told the name of each before.
     """
     for fidelity, self_contact in wanted:
-        report(fidelity + ", folds" * self_contact)
+        report(kernel_name(fidelity, self_contact))
         contact = "contact=full" if self_contact else "contact=solid"
         one = Simulation(parse_case(starter(), "starter", [f"model.fidelity={fidelity}", contact]))
         one.advance(most=0)
@@ -150,7 +149,10 @@ def recorded(case: Case, results: str | Path | None) -> Iterator[ResultFile | No
     if results is None:
         yield None
         return
-    with ResultFile.create(Path(results), case, version=__version__, source_hash=hash_sources(PACKAGE)) as file:
+    with (
+        held_interrupt(),  # a run that is ended has an answer in its file, as soon as that stands
+        ResultFile.create(Path(results), case, version=__version__, source_hash=hash_sources(PACKAGE)) as file,
+    ):
         yield file
 
 

@@ -16,12 +16,13 @@ from softbrake.case.checker import Checker
 from softbrake.case.keys import Key
 from softbrake.case.overrides import Override
 from softbrake.case.sections.sweep import SWEEP
-from softbrake.case.units import Dimension, unit_of, unit_size
+from softbrake.case.units import POINT, Dimension, unit_of, unit_size
 from softbrake.case.yaml_nodes import Node, Place, join, parse
 
 MOST_RUNS = 1_000_000
 FAULTS_SHOWN = 20
 _RANGE_END = re.compile(r"\s*([-+]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][-+]?[0-9]+)?)\s*(.*?)\s*")
+_NUMBER = re.compile(r"[0-9]+(e\+?[0-9]+)?")
 _RANGE = "START:STOP:COUNT or START:STOP:COUNT:log"
 _SPAN = "START:STOP or START:STOP:log"
 
@@ -206,7 +207,10 @@ def _values(path: str, text: str, place: Place, where: str, check: Checker) -> _
     log = others[-1:] == ["log"]
     counts = others[:-1] if log else others
     ends = [_RANGE_END.fullmatch(end) for end in (start, stop)]
-    if len(counts) > 1 or any(not count.isdecimal() or not 2 <= int(count) <= MOST_RUNS for count in counts):
+    if len(counts) == 1 and _NUMBER.fullmatch(counts[0]) and float(counts[0]) > MOST_RUNS:
+        check.fault(place, where, f"{counts[0]} values", f"up to {MOST_RUNS} are expected; mode: lhs samples")
+        return nothing
+    if len(counts) > 1 or any(not count.isdecimal() or int(count) < 2 for count in counts):
         check.fault(place, where, f"'{text}' is not a range", f"{_RANGE} with 2 values or more, to sample {_SPAN}, is expected")
         return nothing
     if ends[0] is None or ends[1] is None:
@@ -215,7 +219,9 @@ def _values(path: str, text: str, place: Place, where: str, check: Checker) -> _
         return nothing
     units = [end[2] for end in ends if end is not None]
     first, last = float(ends[0][1]), float(ends[1][1])
-    if units[0] not in ("", units[1]):
+    if any(unit.startswith(",") for unit in units):
+        check.fault(place, where, f"'{text}' has a comma", POINT)
+    elif units[0] not in ("", units[1]):
         check.fault(place, where, f"ends in '{units[0]}' and '{units[1]}'", "one unit for both is expected")
     elif not (math.isfinite(first) and math.isfinite(last)) or (log and (first <= 0 or last <= 0)):
         check.fault(place, where, f"from {first:g} to {last:g}", "ends > 0 are expected of a logarithmic range")

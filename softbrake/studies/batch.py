@@ -19,7 +19,8 @@ import numpy as np
 
 from softbrake.case.case import Case
 from softbrake.core.arrays import Floats, Outcome
-from softbrake.sim.simulation import NO_ROWS, Diverged, Simulation, cores
+from softbrake.sim.cores import cores
+from softbrake.sim.simulation import NO_ROWS, Diverged, Simulation
 from softbrake.sim.summary import Summary
 from softbrake.studies.error_control import reached, refine
 

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import hashlib
 import json
+import logging
 import re
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import ExitStack, contextmanager
@@ -25,6 +26,7 @@ from softbrake.case.case import Case, case_to_dict
 from softbrake.core.columns import History
 from softbrake.core.jit import PACKAGE, hash_sources
 from softbrake.sim.files import StagedFile, hold, write_text
+from softbrake.sim.interrupt import held_interrupt
 from softbrake.sim.result_file import HISTORY_DTYPE
 from softbrake.studies.axes import Axis, Designs
 from softbrake.studies.batch import Dropped, run_batch, run_one
@@ -44,6 +46,10 @@ class SweepError(Exception):
 
 class NotKept(SweepError):
     """A sweep cannot be written to its folder, as the disk is full; the journal has what was done."""
+
+
+class SchedulerLost(SweepError):
+    """A cluster's scheduler is gone; the journal has what was done."""
 
 
 class Run(NamedTuple):
@@ -119,7 +125,8 @@ def run_sweep(
     histories: keep those as well, in histories.h5, a dataset a run named by its id, units in the file's attributes. force: also
     into a folder whose results.csv would lose answers of another sweep. progress: told the number of runs done, of all, and
     whether the last was computed now. told: told in words how large the histories get.
-    Raises SweepError, where the disk is full its kind NotKept; whatever breaks it off, the journal has what was done.
+    Raises SweepError; in the middle of a sweep its kinds NotKept, where the disk is full, and SchedulerLost. Whatever breaks it
+    off, the journal has what was done.
     """
     if histories and any(design.case.tolerance is not None for design in designs.all):
         raise SweepError("--histories: a case with a tolerance has none, its answer is of several runs")
@@ -142,13 +149,15 @@ def run_sweep(
                 progress(done, len(mine), False)
             stream = stack.enter_context(open(journal, "a", encoding="utf-8"))
             for number, (id, answer) in enumerate(answers):
-                if id not in known:
-                    stream.write(json.dumps(_record(id, answer)) + "\n")
-                    stream.flush()
-                if kept is not None and answer.history is not None:
-                    size = kept.add(id, answer.history)
-                    if number == 0 and len(todo) > 1:
-                        told(f"histories: about {len(todo) * size / 1e6:.3g} MB for {len(todo)} runs")
+                size = 0
+                with held_interrupt():  # nothing is half kept
+                    if id not in known:
+                        stream.write(json.dumps(_record(id, answer)) + "\n")
+                        stream.flush()
+                    if kept is not None and answer.history is not None:
+                        size = kept.add(id, answer.history)
+                if size and number == 0 and len(todo) > 1:
+                    told(f"histories: about {len(todo) * size / 1e6:.3g} MB for {len(todo)} runs")
                 done += 1
                 if progress is not None:
                     progress(done, len(mine), True)
@@ -224,20 +233,32 @@ def _connected(address: str) -> Client:
 
 
 def _on_cluster(client: Client, todo: dict[str, Case], histories: bool) -> Iterator[tuple[str, Dropped]]:
-    """Run cases on the workers of a dask scheduler; a worker's death moves its runs to others."""
+    """Run cases on the workers of a dask scheduler; a worker's death moves its runs to others. Raises SchedulerLost."""
+    address = client.scheduler.address
+    for name in ("client", "comm.tcp", "core"):  # the traceback that each would print of a lost scheduler
+        logging.getLogger(f"distributed.{name}").setLevel(logging.CRITICAL)
+    with client:
+        try:
+            yield from _answers(client, todo, histories)
+        except Exception as error:
+            if client.status == "running" or isinstance(error, SweepError):
+                raise
+            raise SchedulerLost(f"--scheduler {address}: lost; the same command goes on from here") from None
+
+
+def _answers(client: Client, todo: dict[str, Case], histories: bool) -> Iterator[tuple[str, Dropped]]:
     from distributed import KilledWorker, as_completed
 
-    with client:
-        tasks = {client.submit(_task, list(part.values()), histories, pure=False): list(part) for part in _parts(todo)}
-        for task in as_completed(tasks, loop=client.loop):
-            ids = tasks.pop(task)
-            if task.status == "error" and isinstance(task.exception(), KilledWorker):
-                continue  # lost with its workers, several times
-            theirs, answers = task.result()
-            if theirs != source_hash():
-                raise SweepError("--scheduler: a worker has another version of softbrake; the same is expected everywhere")
-            yield from zip(ids, answers, strict=True)
-            task.release()
+    tasks = {client.submit(_task, list(part.values()), histories, pure=False): list(part) for part in _parts(todo)}
+    for task in as_completed(tasks, loop=client.loop):
+        ids = tasks.pop(task)
+        if task.status == "error" and isinstance(task.exception(), KilledWorker):
+            continue  # lost with its workers, several times
+        theirs, answers = task.result()
+        if theirs != source_hash():
+            raise SweepError("--scheduler: a worker has another version of softbrake; the same is expected everywhere")
+        yield from zip(ids, answers, strict=True)
+        task.release()
 
 
 def _parts(todo: dict[str, Case]) -> Iterator[dict[str, Case]]:
