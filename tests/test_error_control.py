@@ -849,8 +849,8 @@ def test_command_that_diverges(made_up: MadeUp) -> None:
 @pytest.mark.parametrize(
     ("arguments", "fault"),
     [
-        (("--tolerance", "2"), "--set tolerance=2: tolerance: 2 is out of range"),
-        (("--tolerance", "small"), "--set tolerance=small: tolerance: 'small' is not a number with a unit"),
+        (("--tolerance", "2"), "--tolerance 2: tolerance: 2 is out of range"),
+        (("--tolerance", "small"), "--tolerance small: tolerance: 'small' is not a number with a unit"),
         (("--tolerance", "1%", "--error-bar"), "--error-bar: a run for a tolerance has one already"),
         (("--error-bar", "--set", "grid.hoop=9"), "too coarse for an error bar"),
         (("--error-bar", "--set", "model.fidelity=lumped"), "a lumped run has no grid, and so no error bar of one"),

@@ -21,7 +21,7 @@ from softbrake.core.arrays import GasPressure, PressureLaw
 from softbrake.core.pressure import pressure_at
 from softbrake.studies import inverse_design
 from softbrake.studies.error_control import Refined
-from softbrake.studies.inverse_design import NUDGE, WIDTH, DesignPoint, NotReached, Target, _close_in, ask, find, piston
+from softbrake.studies.inverse_design import NUDGE, SEARCH_WIDTH, DesignPoint, NotReached, Target, _close_in, ask, find, piston
 
 CONFIGS = Path(__file__).resolve().parents[1] / "configs"
 NO_BELTS = CONFIGS / "no-belts.yaml"
@@ -79,7 +79,7 @@ def exact_pressure(speed: float) -> float:
 def test_piston_lands_as_asked(speed: float) -> None:
     """Against the exact pressure, within the last bracket, the width of which is the error: the area under the cover is exact."""
     found = find(ask(open_case(NO_BELTS, [LUMPED]), target=f"impact_velocity={speed} m/s"))
-    assert found.value == pytest.approx(exact_pressure(speed), rel=WIDTH)
+    assert found.value == pytest.approx(exact_pressure(speed), rel=SEARCH_WIDTH)
     assert found.bracket[0] * (1 - 1e-12) <= exact_pressure(speed) <= found.bracket[1] * (1 + 1e-12)
     assert found.error is not None
     assert found.value - exact_pressure(speed) < found.error < 2e-3 * found.value
@@ -104,9 +104,9 @@ def test_score_is_smooth_where_impact_turns_into_stop() -> None:
 def test_other_paths_and_answers() -> None:
     """The largest deceleration of a piston under constant pressure is p F/m - g, and the speed of landing exact by energy."""
     found = find(ask(open_case(NO_BELTS, [LUMPED]), path="cargo.mass", target="peak_deceleration=10 m/s^2"))
-    assert found.value == pytest.approx(15696.0 * AREA / (GRAVITY + 10.0), rel=2 * WIDTH)
+    assert found.value == pytest.approx(15696.0 * AREA / (GRAVITY + 10.0), rel=2 * SEARCH_WIDTH)
     found = find(ask(open_case(NO_BELTS, [LUMPED]), path="cargo.velocity", target="impact_velocity=1 m/s"))
-    assert found.value == pytest.approx(sqrt(1.0 + 2 * HEIGHT * (15696.0 * AREA / MASS - GRAVITY)), rel=2 * WIDTH)
+    assert found.value == pytest.approx(sqrt(1.0 + 2 * HEIGHT * (15696.0 * AREA / MASS - GRAVITY)), rel=2 * SEARCH_WIDTH)
 
 
 @pytest.mark.slow
@@ -114,7 +114,7 @@ def test_shell_stops_at_the_pressure_found_and_its_bar_holds() -> None:
     """The full stop of the axisymmetric shell: a run with the value stops, one a little below does not; finer grids agree."""
     found = find(ask(open_case(NO_BELTS, [AXISYMMETRIC])))
     assert softbrake.run(load_case(NO_BELTS, [AXISYMMETRIC, f"pressure.value={found.value!r}"])).outcome == "stopped"
-    below = load_case(NO_BELTS, [AXISYMMETRIC, f"pressure.value={found.value * (1 - 2 * WIDTH)!r}"])
+    below = load_case(NO_BELTS, [AXISYMMETRIC, f"pressure.value={found.value * (1 - 2 * SEARCH_WIDTH)!r}"])
     assert softbrake.run(below).outcome == "impact"
     fine = find(ask(open_case(NO_BELTS, [AXISYMMETRIC, "grid.generatrix=108", "grid.hoop=720"])))
     assert found.error is not None
@@ -194,7 +194,7 @@ def test_bracket_closes_in(function, root: float) -> None:
 
     ends = _close_in(attempt, attempt(1.0), attempt(2.0))
     low, high = sorted(point.value for point in ends)
-    assert low <= root <= high and high - low <= WIDTH * high
+    assert low <= root <= high and high - low <= SEARCH_WIDTH * high
     assert len(tried) < 20
 
 
@@ -282,7 +282,7 @@ def test_next_line_has_the_unit_asked_for() -> None:
     told = CliRunner().invoke(app, ["design", str(NO_BELTS), "--set", LUMPED, "--range", "10kPa:40kPa", "-q"])
     assert told.exit_code == 0, told.output
     value, unit = re.search(r"next: .* --set pressure\.value=([0-9.]+)(\w*)\n", told.stdout).groups()  # type: ignore[union-attr]
-    assert unit == "kPa" and 1e3 * float(value) == pytest.approx(exact_pressure(0.0), rel=WIDTH)
+    assert unit == "kPa" and 1e3 * float(value) == pytest.approx(exact_pressure(0.0), rel=SEARCH_WIDTH)
     assert re.search(rf"pressure\.value +{value} kPa +± ", told.stdout)
 
 
@@ -336,7 +336,7 @@ def test_command_prints_what_it_found(softbrake: Command, tmp_path: Path) -> Non
     told = softbrake("design", NO_BELTS, "--set", LUMPED, "--target", "impact_velocity=2", "--json", "-q")
     answer = json.loads(told.stdout)
     assert told.stderr == ""
-    assert answer["value"] == pytest.approx(exact_pressure(2.0), rel=WIDTH)
+    assert answer["value"] == pytest.approx(exact_pressure(2.0), rel=SEARCH_WIDTH)
     assert answer["summary"]["impact_velocity"] == pytest.approx(2.0, rel=3e-3)
     assert answer["section_2_2"]["mean"] == pytest.approx(20273.36, rel=1e-6)
     values = [point["value"] for point in answer["points"]]

@@ -40,7 +40,7 @@ from softbrake.core.contact.broad_phase import find_pairs
 from softbrake.core.contact.constants import THICKNESS
 from softbrake.core.contact.impulses import freedom_of, rigidify
 from softbrake.core.contact.narrow_phase import (
-    NEVER,
+    BEYOND,
     crossing_of,
     crossing_of_edges,
     crossing_of_face,
@@ -185,7 +185,7 @@ def test_crossing_of_a_triangle() -> None:
         ends = (np.vstack((start - before[0], before[1:] - before[0])), np.vstack((end - after[0], after[1:] - after[0])))
         time, s, t, *normal = crossing_of(False, *(tuple(row) for vectors in ends for row in vectors))
         assert time == pytest.approx(passing_time(start, end, before, after), abs=1e-6)
-        if time < NEVER:
+        if time < BEYOND:
             passed += 1
             place = (1 - time) * ends[0] + time * ends[1]
             assert s * place[1] + t * place[2] == pytest.approx(place[0], abs=1e-9)
@@ -237,7 +237,7 @@ def test_crossing_of_two_edges() -> None:
         after = before + 0.7 * random.standard_normal((4, 3))
         time, normal, weights = crossing_of_edges(seen(before), seen(after))
         assert time == pytest.approx(edges_pass(before[:2], before[2:], after[:2], after[2:]), abs=1e-6)
-        if time < NEVER:
+        if time < BEYOND:
             passed += 1
             there = (1 - time) * before + time * after
             own, other = weights[1] + weights[2] + weights[0], np.array(weights[1:3])

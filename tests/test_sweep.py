@@ -524,7 +524,7 @@ def test_axes_keep_the_unit_asked_for(capsys: pytest.CaptureFixture[str]) -> Non
 
 
 @pytest.mark.parametrize("width", range(40, 201, 8))
-def test_no_number_of_a_table_is_cut(width: int, capsys: pytest.CaptureFixture[str]) -> None:
+def test_no_number_of_a_table_is_cut(width: int, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch) -> None:
     """Eight axes of long numbers: columns are left out with a word, the first axis and the impact velocity last."""
     axes = tuple(sweep.Axis(f"belts.{k}.line_density", "kg/m") for k in range(8))
     values = tuple(-1.23456e-5 * (k + 1) for k in range(8))
@@ -540,6 +540,7 @@ def test_no_number_of_a_table_is_cut(width: int, capsys: pytest.CaptureFixture[s
     assert set(line.split()) <= whole and {f"{values[0]:.6g}", "12345.6780"} <= set(line.split())
     assert max(map(len, text.splitlines())) <= width
     assert ("left out, for want of room: " in text) == (set(line.split()) != whole)
+    monkeypatch.delenv("COLUMNS", raising=False)
     print_table(plan, table)  # a pipe has room for all
     assert whole <= set(capsys.readouterr().out.split())
 
