@@ -3,6 +3,7 @@
 Written for the releases of TESTED. `core.jit` takes plain `njit` where another is installed, or names here are gone.
 """
 
+import gc
 from collections.abc import Callable
 from functools import cached_property
 from typing import Any
@@ -14,6 +15,7 @@ from numba.core.types import unliteral  # type: ignore[attr-defined]
 
 TESTED = "0.68."  # releases of Numba
 OPTIONS = {"nogil": True, "error_model": "numpy", "no_cfunc_wrapper": True}
+RARELY = (100_000, 20, 100)  # objects made, collections of the young, of the middle-aged between two of the next older
 OPTIONS_HASH = hash(Flags())  # that of any
 COMPILED = "_ZN"  # how the names of compiled Python functions begin
 
@@ -72,7 +74,12 @@ class NoAlias(Compiler):
         if self.state.library is None:
             self.state.library = Whole(self.state.targetctx.codegen(), function.__qualname__)
             self.state.library.enable_object_caching()
-        return super().compile_extra(function)
+        before = gc.get_threshold()
+        gc.set_threshold(*RARELY)  # most of what a compilation makes lives until its end: to look for garbage often is 1/20 of it
+        try:
+            return super().compile_extra(function)
+        finally:
+            gc.set_threshold(*before)
 
 
 class Part(JITCodeLibrary):
