@@ -5,6 +5,7 @@ Most drops are made up, for what they answer, how round they stay and what they 
 
 import json
 import math
+import re
 import sys
 import time
 from collections.abc import Callable
@@ -486,6 +487,19 @@ def test_member_beyond_the_budget_is_not_begun(budget: float, runs: int, members
     assert len(made_up.of("full")) == runs
     assert summary.ensemble is not None and summary.ensemble.members == members
     assert (summary.impact_velocity_error is None) == (members == 1)
+
+
+def test_shells_that_stop_are_said_to_stop(made_up: MadeUp) -> None:
+    """One that a budget leaves alone is no claim of a speed of 0."""
+    made_up.out, made_up.energy = not_round, lambda of, seed: -9.0
+    made_up.seconds = lambda of: 10.0 if of.model.fidelity == "full" else 1e-3
+    done = CliRunner().invoke(app, ["run", str(NO_BELTS), "--set", SOLID, "--no-results", "--tolerance", "5%", "--budget", "12"])
+    assert done.exit_code == 1
+    assert "the one nearest the mean, which stops; the budget allows no more of them" in done.stderr
+    assert re.search(r"^full 29 x 80: stops, error –, 10.00 s: not round", done.stderr, re.MULTILINE)
+    assert re.search(r"^full +29 x 80 +stops +– +10.00 not round", done.stdout, re.MULTILINE)
+    assert "All trials took 10 s of CPU." in done.stdout
+    assert "0.0000" not in done.stderr
 
 
 def test_budget_is_of_processor_time(made_up: MadeUp, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -2,12 +2,14 @@
 
 import json
 import re
+from collections.abc import Callable
 from dataclasses import replace
 from math import isclose, pi, sqrt
 from pathlib import Path
 
 import numpy as np
 import pytest
+import synthetic_drop
 from conftest import Command
 from typer.testing import CliRunner
 
@@ -19,9 +21,23 @@ from softbrake.case.level import level
 from softbrake.cli.app import app
 from softbrake.core.arrays import GasPressure, PressureLaw
 from softbrake.core.pressure import pressure_at
+from softbrake.sim.simulation import Diverged
 from softbrake.studies import inverse_design
 from softbrake.studies.error_control import Refined
-from softbrake.studies.inverse_design import NUDGE, SEARCH_WIDTH, DesignPoint, NotReached, Target, _close_in, ask, find, piston
+from softbrake.studies.inverse_design import (
+    NEAR,
+    NUDGE,
+    POINTS,
+    SEARCH_WIDTH,
+    DesignPoint,
+    NotReached,
+    Question,
+    Target,
+    _close_in,
+    ask,
+    find,
+    piston,
+)
 
 CONFIGS = Path(__file__).resolve().parents[1] / "configs"
 NO_BELTS = CONFIGS / "no-belts.yaml"
@@ -210,19 +226,106 @@ def test_jump_is_no_crossing(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("softbrake.studies.inverse_design._tried", lambda load, target, values: [
         DesignPoint(value, None, 1.0 if value < 20e3 else -1.0, "no run") for value in values
     ])  # fmt: skip
-    with pytest.raises(NotReached, match="jumps across the target"):
+    with pytest.raises(NotReached, match=r"jumps across impact_velocity = 0 m/s between \d+\.\d+ Pa \(no run\)"):
         find(ask(open_case(NO_BELTS, [LUMPED])))
+
+
+def test_exact_hits_are_no_jumps() -> None:
+    """The peak of a piston under constant pressure is p F/m - g, and a line is met exactly by interpolation."""
+    piston_case = open_case(NO_BELTS, [LUMPED])
+    for k in range(100):
+        wanted = 5.0 + 0.5 * k
+        found = find(ask(piston_case, target=f"peak_deceleration={wanted} m/s^2", between="5 kPa:80 kPa"))
+        exact = MASS * (GRAVITY + wanted) / AREA
+        assert found.bracket[0] <= exact * (1 + 1e-9) and exact <= found.bracket[1] * (1 + 1e-9)
+        assert found.value == pytest.approx(exact, rel=SEARCH_WIDTH)
+        assert found.summary.peak_deceleration == pytest.approx(wanted, rel=NEAR)
+
+
+@pytest.mark.parametrize("share", [1.0, 1 - 1e-7, 1 + 1e-7])
+@pytest.mark.parametrize("end", ["low", "high"])
+def test_value_at_an_end_of_the_range_is_found(end: str, share: float) -> None:
+    exact = share * MASS * (GRAVITY + 25.0) / AREA
+    between = f"{exact!r}:60 kPa" if end == "low" else f"5 kPa:{exact!r} Pa"
+    found = find(ask(open_case(NO_BELTS, [LUMPED]), target="peak_deceleration=25 m/s^2", between=between))
+    assert found.value == pytest.approx(exact, rel=SEARCH_WIDTH)
+    assert found.error is not None and found.others == 0
+
+
+def test_low_impact_velocity_is_met() -> None:
+    """Near a full stop the speed changes by a tenth within SEARCH_WIDTH."""
+    for speed in (0.2, 0.5, 1.0):
+        question = ask(open_case(NO_BELTS, [LUMPED]), path="shell.diameter", target=f"impact_velocity={speed} m/s")
+        found = find(question)
+        assert found.summary.impact_velocity is not None
+        assert speed * (1 - NEAR) <= found.summary.impact_velocity <= speed
+
+
+def made_up(monkeypatch: pytest.MonkeyPatch, score: Callable[[float], float], between: str) -> Question:
+    """A question with made-up scores of a peak deceleration of 10 m/s²."""
+    summary = synthetic_drop.summary()
+    monkeypatch.setattr("softbrake.studies.inverse_design._tried", lambda load, target, values: [
+        DesignPoint(value, replace(summary, peak_deceleration=10.0 + score(value)), score(value)) for value in values
+    ])  # fmt: skip
+    return ask(open_case(NO_BELTS, [LUMPED]), target="peak_deceleration=10 m/s^2", between=between)
+
+
+def test_valley_between_two_places_is_found(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A valley a hundredth as wide as the range, and one that stays above the target."""
+    place = 10e3 * 2.0 ** (5.4 / 8)  # beside the sixth place
+    found = find(made_up(monkeypatch, lambda value: 100 * abs(value / place - 1) - 0.5, "10kPa:20kPa"))
+    assert found.value == pytest.approx(place * 0.995, rel=SEARCH_WIDTH)
+    assert found.others == 1
+    with pytest.raises(NotReached, match=r"none of (\d+) places in the range reaches .* nearest is 15\.9") as caught:
+        find(made_up(monkeypatch, lambda value: 100 * abs(value / place - 1) + 0.1, "10kPa:20kPa"))
+    assert int(re.search(r"none of (\d+)", str(caught.value))[1]) > POINTS  # type: ignore[index]
+
+
+def test_answer_that_touches_its_target_is_found_once(monkeypatch: pytest.MonkeyPatch) -> None:
+    """At the middle place, above the target on both sides, and as flat there as a parabola."""
+    found = find(made_up(monkeypatch, lambda value: (value / 20e3 - 1) ** 2, "10kPa:40kPa"))
+    assert found.value == pytest.approx(20e3, rel=1e-12)
+    assert found.others == 0
+
+
+def test_value_whose_answer_does_not_change_has_no_error(monkeypatch: pytest.MonkeyPatch) -> None:
+    found = find(made_up(monkeypatch, lambda value: 0.0 if value <= 10e3 else -1.0 if value > 15e3 else 0.0, "10kPa:40kPa"))
+    assert (found.value, found.error) == (10e3, None)
+    assert "the same around the value" in found.basis
+
+
+def test_places_beyond_the_range_are_not_tried(monkeypatch: pytest.MonkeyPatch) -> None:
+    found = find(made_up(monkeypatch, lambda value: value / 10.01e3 - 1, "10kPa:40kPa"))
+    assert min(point.value for point in found.points) == 10e3
+
+
+def test_check_that_diverges_keeps_the_value_found() -> None:
+    def check(value: float) -> Refined:
+        raise Diverged("diverged at 0.1 s", synthetic_drop.summary())
+
+    found = find(replace(ask(open_case(NO_BELTS, [LUMPED])), check=check))
+    assert found.value == pytest.approx(exact_pressure(0.0), rel=SEARCH_WIDTH)
+    assert found.missed == "the check has no answer: diverged at 0.1 s"
+
+
+def test_command_says_that_every_grid_diverges(monkeypatch: pytest.MonkeyPatch) -> None:
+    def refine(*_: object) -> Refined:
+        raise Diverged("diverged at 0.1 s", synthetic_drop.summary())
+
+    monkeypatch.setattr(inverse_design, "refine", refine)
+    told = CliRunner().invoke(app, ["design", str(NO_BELTS), "--set", "tolerance=2%", "-q"])
+    assert (told.exit_code, told.stderr) == (1, "diverged at 0.1 s\n")
 
 
 # Refusals
 
 
 def test_refusal_names_what_was_found_at_both_ends() -> None:
-    with pytest.raises(NotReached, match=r"at 1000: 6\.\d+ m/s; at 5000: 5\.\d+ m/s; nearest is 5000") as caught:
+    with pytest.raises(NotReached, match=r"at 1 kPa: 6\.\d+ m/s; at 5 kPa: 5\.\d+ m/s; nearest is 5 kPa") as caught:
         find(ask(open_case(NO_BELTS, [LUMPED]), between="1 kPa:5 kPa"))
     assert "impact_velocity = 0 m/s" in str(caught.value)
     with pytest.raises(
-        NotReached, match=r"diverged at .* \d of 9 without an answer"
+        NotReached, match=r"diverged at .* \d of \d+ without an answer"
     ):  # the fabric bursts before it brakes so hard
         find(ask(open_case(NO_BELTS, [AXISYMMETRIC, "fabric.E=3 kN/m"]), target="peak_deceleration=10000 m/s^2"))
     with pytest.raises(NotReached, match=r"none of 9 has an answer"):
@@ -267,6 +370,18 @@ def test_g_is_the_standard_gravity_where_an_acceleration_is_asked_for() -> None:
     assert ask(moon, target="peak_deceleration=8g").target.value == pytest.approx(8 * 9.80665)
 
 
+def test_target_prints_in_the_unit_asked_for() -> None:
+    told = CliRunner().invoke(app, ["design", str(NO_BELTS), "--set", LUMPED, "--target", "peak_deceleration=3g"])
+    assert told.exit_code == 0, told.output
+    assert "for peak_deceleration = 3 g\n" in told.stdout
+    assert re.search(r"with its peak at +[0-9.]+ s +[0-9.]+ g *\n", told.stdout)
+    assert re.search(r"pressure\.value [0-9.]+ Pa: [0-9.]+ g\n", told.stderr)
+    told = CliRunner().invoke(app, ["design", str(NO_BELTS), "--set", LUMPED, "--target", "peak_deceleration=300g", "-q"])
+    assert told.exit_code == 1
+    assert re.search(r"reaches peak_deceleration = 300 g: at [0-9.]+ Pa: [0-9.]+ g; ", told.stderr)
+    assert "m/s^2" not in told.stderr
+
+
 def test_values_are_shown_in_the_unit_of_the_range_or_of_the_file() -> None:
     for words, unit, size in (
         ({}, "Pa", 1.0),
@@ -293,7 +408,7 @@ def test_lumped_case_has_no_tensions_to_ask_for() -> None:
 
 
 def test_ends_of_the_range_are_checked_before_the_first_run() -> None:
-    with pytest.raises(ValueError, match=r"--find pressure.value from -1 to 5000: pressure.value: -1.0 is out of range"):
+    with pytest.raises(ValueError, match=r"--find pressure.value from -0.001 kPa to 5 kPa: pressure.value: -1.0 is out"):
         ask(open_case(NO_BELTS), between="-1:5kPa")
 
 
@@ -349,7 +464,7 @@ def test_command_prints_what_it_found(softbrake: Command, tmp_path: Path) -> Non
 def test_command_refuses(softbrake: Command, tmp_path: Path) -> None:
     done = softbrake("design", NO_BELTS, "--set", LUMPED, "--range", "1kPa:5kPa", "-q")
     assert (done.returncode, done.stdout) == (1, "")
-    assert done.stderr.startswith("pressure.value: no value in the range reaches")
+    assert done.stderr.startswith("pressure.value: none of 11 places in the range reaches")
     done = softbrake("design", NO_BELTS, "--find", "fabric.EE")
     assert (done.returncode, done.stdout) == (2, "")
     assert list(tmp_path.iterdir()) == []

@@ -5,8 +5,9 @@ import io
 import math
 import shlex
 import signal
-from dataclasses import replace
+from dataclasses import dataclass, field, replace
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -19,6 +20,7 @@ import softbrake as package
 from softbrake.cli.app import app
 from softbrake.report.console.work_precision import print_work_precision
 from softbrake.sim.simulation import Simulation
+from softbrake.sim.summary import PeakValue
 from softbrake.studies import work_precision as work_precision_module
 from softbrake.studies.error_control import level
 from softbrake.studies.work_precision import (
@@ -145,7 +147,7 @@ def test_all_kernels_of_the_plan_are_compiled_before_the_budget_counts(name: str
     case = package.load_case(CONFIGS / f"{name}.yaml")
     compiled: list[tuple[str, bool]] = []
     monkeypatch.setattr(work_precision_module, "compile_kernels", compiled.extend)
-    work_precision_module._Campaign(WorkPrecision(case), 1.0, lambda done, planned, doing: None)
+    work_precision_module._Campaign(WorkPrecision(case, budget=1.0), lambda done, planned, doing: None)
     settings = sorted(plan(case), key=lambda setting: setting.generatrix)
     wanted = set()
     for setting in {
@@ -161,7 +163,7 @@ def charted() -> WorkPrecision:
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(
             work_precision_module,
-            "PARTS",
+            "CHARTED",
             (("lumped", "edge", (0.9,)), ("axisymmetric", "edge", (0.9, 0.1)), ("full", "edge", (0.9,))),
         )
         patch.setattr(work_precision_module, "GRIDS", (9, 13, 18, 25, 36))
@@ -207,21 +209,75 @@ def test_shell_that_crumples_is_compared_with_an_ensemble(monkeypatch: pytest.Mo
     found = work_precision(case, budget=0.0)
     reference = found.reference
     assert reference is not None
-    assert "does not stay round" in reference.basis and "mean of 4 full shells" in reference.basis
+    assert "mean of 1 full shell of 16 x 40 cells, disturbed by 0.001 R; whether the full shell stays round" in reference.basis
     assert reference.errors["impact_velocity"] == math.inf  # one grid says nothing of the grid's error
     assert found.recommended("impact_velocity", 0.05) is None
     assert not found.runs and len(found.left_out) == len(plan(case))
     monkeypatch.setattr(work_precision_module, "plan", lambda case: [])
+    monkeypatch.setattr(work_precision_module, "PROBE", 24)
     monkeypatch.setattr(
         work_precision_module._Campaign, "expected", lambda self, setting: 0.0 if setting.generatrix <= 24 else math.inf
     )
     reference = work_precision(case, budget=1e6).reference
     assert reference is not None
+    assert "does not stay round" in reference.basis and "mean of 4 full shells" in reference.basis
     drop = Simulation(reference.setting.apply(case))
     drop.disturb(2.5e-5, 11)
     speed = drop.to_end().impact_velocity
     assert speed is not None
     assert abs(speed - reference.values["impact_velocity"]) <= reference.errors["impact_velocity"] < 2.0
+
+
+@dataclass
+class Clocked:
+    """Drops that only take their time, on a clock of their own."""
+
+    price: float  # s, of a full shell of 16 x 40 cells
+    lopsided: float  # of the radius
+    now: float = 0.0  # s
+    taken: list[float] = field(default_factory=list)  # s, of each run of more than a cell
+
+    def drop(self, case: package.Case) -> SimpleNamespace:
+        return SimpleNamespace(disturb=lambda size, seed: None, to_end=lambda: self.run(case))
+
+    def run(self, case: package.Case) -> package.Summary:
+        cells, columns = case.grid.generatrix, case.grid.hoop if case.model.fidelity == "full" else 1
+        seconds = self.price * (cells / 16) ** 2.5 * columns / 40 * 0.9 / case.time.courant
+        self.now += seconds
+        self.taken.append(seconds)
+        answer = synthetic_drop.summary()
+        peaks = {name: PeakValue(1.0, 0.1) for name in ("peak_deceleration", "peak_tension_generatrix", "peak_tension_hoop")}
+        return replace(answer, wall_seconds=seconds, kernel_seconds=seconds, peaks=peaks)
+
+    def probe(self, case: package.Case, seed: int) -> tuple[package.Summary, float]:
+        return self.run(case), self.lopsided
+
+
+@pytest.mark.parametrize("lopsided", [1e-3, 0.02, 0.5])
+@pytest.mark.parametrize("price", [0.01, 0.3, 2.4, 100.0])
+def test_budget_is_kept(price: float, lopsided: float, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Within a fifth, or one run of the coarsest full shell; it is said what all took."""
+    made = Clocked(price, lopsided)
+    monkeypatch.setattr(work_precision_module, "Simulation", made.drop)
+    monkeypatch.setattr(work_precision_module, "probe", made.probe)
+    monkeypatch.setattr(work_precision_module, "compile_kernels", list)
+    monkeypatch.setattr(work_precision_module, "time", SimpleNamespace(perf_counter=lambda: made.now))
+    for budget in (0.0, 5.0, 20.0, 80.0):
+        made.now, made.taken = 0.0, []
+        found = work_precision(package.load_case(CONFIGS / "paper.yaml"), budget)
+        assert found.seconds == made.now <= max(1.2 * budget, budget + price)
+        assert max(made.taken) <= max(budget, price)
+        stream = io.StringIO()
+        print_work_precision(found, "softbrake run", Console(file=stream, width=120))
+        assert f"All runs took {made.now:.3g} s of a budget of {budget:g} s." in stream.getvalue()
+    assert len(made.taken) > 30 or price > 1.0
+
+
+def test_run_that_diverges_early_prices_no_other() -> None:
+    campaign = work_precision_module._Campaign(WorkPrecision(package.load_case(SCENE, ["fabric.E=1 kN/m"])), lambda *_: None)
+    setting = Setting("axisymmetric", "edge", 0.9, 18, 720)
+    assert campaign.run(setting).summary.outcome == "diverged"
+    assert campaign.costs == []
 
 
 def test_without_a_reference_there_is_no_chart(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -255,7 +311,7 @@ def test_the_papers_grid_confirms_no_grid_of_another_shape() -> None:
 
 @pytest.mark.parametrize(
     ("error", "why"),
-    [(math.inf, "the budget holds one grid"), (0.3, "is known to 30 % only"), (0.001, "that a finer one confirms")],
+    [(math.inf, "the budget holds too few runs"), (0.3, "is known to 30 % only"), (0.001, "that a finer one confirms")],
 )
 def test_why_nothing_is_recommended_is_said(error: float, why: str) -> None:
     stream = io.StringIO()

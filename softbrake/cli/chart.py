@@ -20,7 +20,7 @@ def chart(
         Path | None,
         typer.Option("--output", "-o", metavar="PICTURE", help="PNG, SVG or PDF; default: CASE's name with -chart.png, here."),
     ] = None,
-    budget: Annotated[float, typer.Option("--budget", metavar="SECONDS", min=0.0, help="Time for all runs, about.")] = 120.0,
+    budget: Annotated[float, typer.Option("--budget", metavar="SECONDS", min=0.0, help="Most time, compiling apart.")] = 120.0,
     quiet: Quiet = False,
 ) -> None:
     """Chart error against time of all fidelities, grids and steps, and recommend one: a picture and a CSV file of its name."""

@@ -47,6 +47,7 @@ def design(
     from softbrake.report.as_json import design_json
     from softbrake.report.console.design import print_design, print_point
     from softbrake.report.console.trials import print_trial
+    from softbrake.sim.simulation import Diverged
     from softbrake.studies.inverse_design import NotReached, ask, find, piston
 
     cases.warn_of_long_steps([case])
@@ -59,6 +60,8 @@ def design(
         fail(error)
     except NotReached as error:
         fail(f"{path}: {error}", FAILED)
+    except Diverged as error:  # on every grid tried for the tolerance
+        fail(error, FAILED)
     except KeyboardInterrupt:
         fail("interrupted", INTERRUPTED)
     if json:

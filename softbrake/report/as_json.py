@@ -53,7 +53,7 @@ def design_json(question: Question, stop: tuple[FullStop, list[tuple[float, Summ
         | {"piston": [{"peak_time": when} | {key: getattr(summary, key) for key in keys[:3]} for when, summary in tried]},
         "find": question.path,
         "unit": question.unit,
-        "target": asdict(question.target),
+        "target": {"name": question.target.name, "value": question.target.value},
         "value": found.value,
         "error": found.error,
         "error_reason": found.basis,

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from softbrake.sim.summary import Ensemble, Inflation, PeakValue, Summary
+from softbrake.sim.summary import Ensemble, Inflation, PeakValue, Summary, Trial
 
 SHOWN = 1e-5  # of the initial energy: less than that is what steps of finite length leave
 DUST = 1e-6  # m/s^2 or N/m: less than that is round-off
@@ -30,6 +30,13 @@ def outcome_in_words(summary: Summary) -> str:
             return f"Diverged at {end}: the numbers below are not an answer."
         case "interrupted":
             return f"Interrupted at {end}; {lowest}."
+
+
+def speed_in_words(trial: Trial) -> str:
+    """Impact velocity (m/s) of a trial, or what became of it."""
+    if trial.impact_velocity is None:
+        return "–"
+    return "stops" if trial.impact_velocity == 0.0 else f"{trial.impact_velocity:.4f}"
 
 
 def made_in_words(summary: Summary) -> str:

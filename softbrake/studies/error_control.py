@@ -536,7 +536,8 @@ class _Refinement:
         within = self.within(found)
         reason = found.reason
         if found.ensemble is not None:
-            reason += f"; all but velocity and peaks is of the one nearest the mean, {speed_of(base):.4g} m/s"
+            nearest = "which stops" if base.impact_velocity is None else f"{base.impact_velocity:.4g} m/s"
+            reason += f"; all but velocity and peaks is of the one nearest the mean, {nearest}"
             if not within:
                 enough = found.ensemble.members >= LEAST_MEMBERS
                 reason += (

@@ -33,7 +33,10 @@ TARGETS = {
 EXAMPLES = {"impact_velocity": "1.5m/s", "peak_deceleration": "8g"} | dict.fromkeys([*TARGETS][2:], "30kN/m")
 REACH = 3.0  # of the range on both sides of the value of the case
 POINTS = 9  # of the look at the range before the search
+ROUNDS = 4  # of a closer look around the nearest place, each a third as wide, where no place reaches the target
 SEARCH_WIDTH = 5e-4  # of the value, at which the search ends: below any error of the grid
+LEAST_WIDTH = 1e-6  # of the value, at which it ends where answers are not yet near the target
+NEAR = 1e-3  # of the target, by which the answer may be below it: an impact at a low speed changes much within SEARCH_WIDTH
 NUDGE = 0.03  # of the value, for its slope: above the scatter of crumpling cloth
 JUMP = 0.02  # of the range of scores: a change by more within the last bracket is no crossing
 PEAK_PLACES = (0.25, 0.5, 0.75, 1.0)  # of t_k, places of P_max tried with a piston
@@ -49,9 +52,20 @@ class Target:
 
     name: str  # of TARGETS
     value: float
+    unit: str = ""  # in which people gave the value; SI where they gave none
 
     def __str__(self) -> str:
-        return f"{self.name} = {self.value:g} {TARGETS[self.name].unit}"
+        return f"{self.name} = {self.in_unit(self.value, 'g')}"
+
+    def in_unit(self, value: float, form: str = ".5g") -> str:
+        """A value (SI) of the answer in the unit of the target."""
+        kind = TARGETS[self.name]
+        return f"{value / unit_size(self.unit or kind.unit, kind):{form}} {self.unit or kind.unit}"
+
+    @property
+    def near(self) -> float:
+        """Scores up to this, either way, are of answers within NEAR of the target; 0 for a target of 0."""
+        return NEAR * self.value ** (2 if self.name == "impact_velocity" else 1)
 
     def score(self, case: Case, summary: Summary) -> float:
         """What the search brings to 0: positive where the answer is above the target.
@@ -96,7 +110,7 @@ class DesignAnswer:
     basis: str  # what the error rests on
     summary: Summary  # at the value; that of the refinement there, where the case asks for a tolerance
     points: list[DesignPoint]  # all that was tried, in the order of the values
-    others: int  # how often else the answer crosses the target in the range
+    others: int  # how often else answers at the places looked at meet the target
     missed: str = ""  # what the refinement at the value gives, where that is off the target by more than all errors
 
 
@@ -114,6 +128,10 @@ class Question:
     check: Callable[[float], Refined] | None  # refines the case with a value, where it asks for a tolerance
     shown: str = ""  # unit in which people gave the path's value or range; SI where they gave none
     size: float = 1.0  # SI, of that unit
+
+    def in_unit(self, value: float, form: str = ".6g") -> str:
+        """A value (SI) of the path in the unit shown."""
+        return f"{value / self.size:{form}} {self.shown}".rstrip()
 
 
 def ask(
@@ -146,6 +164,8 @@ def ask(
     else:
         raise ValueError(f"--find {path}: the case gives no value to start from; --range LOW:HIGH is expected")
 
+    size = unit_size(shown, key.kind)
+
     def varied(value: float) -> Case:
         return file.vary({path: value})
 
@@ -153,12 +173,13 @@ def ask(
         varied(low), varied(high)  # before the first run
     except CaseError as error:
         fault = error.faults[0].partition(": ")[2]
-        raise ValueError(f"--find {path} from {low:.6g} to {high:.6g}: {fault}") from None
+        ends = [f"{end / size:.6g} {shown}".rstrip() for end in (low, high)]
+        raise ValueError(f"--find {path} from {' to '.join(ends)}: {fault}") from None
     if goal.name.startswith("peak_tension") and case.model.fidelity == "lumped":
         raise ValueError(f"--target {target}: a lumped case has no shell, and so no tensions")
     if goal.name == "peak_tension_belt" and not case.belts:
         raise ValueError(f"--target {target}: the case has no belts")
-    tolerance, size = case.tolerance, unit_size(shown, key.kind)
+    tolerance = case.tolerance
     if tolerance is None:
         return Question(case, varied, path, key.kind.unit, goal, low, high, None, shown, size)
     chosen = refine(case, tolerance, budget, report).case
@@ -186,7 +207,7 @@ def _target(text: str) -> Target:
         ) from None
     if number < 0.0:
         raise ValueError(f"--target {text}: {value} is out of range; {TARGETS[name].phrase} >= 0 is expected")
-    return Target(name, number)
+    return Target(name, number, unit_of(value))
 
 
 def _between(text: str, kind: Dimension) -> tuple[float, float]:
@@ -219,12 +240,13 @@ def piston(case: Case) -> tuple[FullStop, list[tuple[float, Summary]]]:
 
 
 def find(question: Question, report: Callable[[DesignPoint], None] | None = None) -> DesignAnswer:
-    """Find the lowest value of the range that brings the answer to its target.
+    """Find the lowest value of the range that brings the answer to its target, as far as the places looked at show it.
 
     report: told each value tried. The range is looked at in POINTS places, so that a value
-    where the run diverges, or an answer that rises and falls again, does not mislead the search. Raises NotReached.
+    where the run diverges, or an answer that rises and falls again, does not mislead the search; where none of them reaches the
+    target, more closely around the nearest. Raises NotReached.
     """
-    target, low, high = question.target, question.low, question.high
+    target = question.target
     points: list[DesignPoint] = []
 
     def attempt(values: Sequence[float]) -> list[DesignPoint]:
@@ -235,31 +257,76 @@ def find(question: Question, report: Callable[[DesignPoint], None] | None = None
                 report(point)
         return tried
 
-    ratio = high / low if low > 0.0 else math.inf
-    steps = [k / (POINTS - 1) for k in range(POINTS)]
-    scan = attempt([low * ratio**share if ratio < math.inf else low + share * (high - low) for share in steps])
-    crossings = [(a, b) for a, b in pairwise(scan) if _across(a, b)]
-    if not crossings:
-        raise NotReached(_missed(scan, target))
-    first, second = _close_in(lambda value: attempt([value])[0], *crossings[0])
-    scores = [point.score for point in scan if point.score is not None]
+    scan = _look(attempt, question)
+    brackets = _brackets(scan, target)
+    if not brackets:
+        raise NotReached(_missed(scan, question))
+    first, second = ends = brackets[0]
+    if first is not second:  # else an exact hit
+        first, second = _close_in(lambda value: attempt([value])[0], *ends, target.near or math.inf)
+    scores = [point.score for point in points if point.score is not None]
     if abs((first.score or 0.0) - (second.score or 0.0)) > JUMP * (max(scores) - min(scores)):
-        raise NotReached(
-            f"the answer jumps across the target between {first.value:.8g} ({first.in_words(target)}) "
-            f"and {second.value:.8g} ({second.in_words(target)})"
-        )
+        jump = " and ".join(f"{question.in_unit(end.value, '.8g')} ({end.in_words(target)})" for end in (first, second))
+        raise NotReached(f"the answer jumps across {target} between {jump}")
     best = min((first, second), key=lambda point: point.score or 0.0)
     assert best.summary is not None
-    slope = _slope(*attempt([best.value * (1 - NUDGE), best.value * (1 + NUDGE)])) or _slope(*crossings[0])
+    nudge = NUDGE * abs(best.value) or NUDGE * (question.high - question.low)
+    around = max(best.value - nudge, question.low), min(best.value + nudge, question.high)  # beyond the range may be no case
+    slope = _slope(*attempt(around)) or _slope(*ends)
     numerical, basis = _numerical_error(question.load(best.value), target, best.summary)
     bracket = (min(first.value, second.value), max(first.value, second.value))
+    if slope == 0.0:
+        numerical, basis = None, "no error bar: the answer is the same around the value"
     error = None if numerical is None else numerical / abs(slope) + bracket[1] - bracket[0]
     points.sort(key=lambda point: point.value)
-    if question.check is None:
-        return DesignAnswer(best.value, bracket, error, basis, best.summary, points, len(crossings) - 1)
-    checked = question.check(best.value)
-    missed = _missed_by(checked, target, abs(slope) * (error or 0.0))
-    return DesignAnswer(best.value, bracket, error, basis, checked.summary, points, len(crossings) - 1, missed)
+    found = DesignAnswer(best.value, bracket, error, basis, best.summary, points, len(brackets) - 1)
+    return found if question.check is None else _checked(found, question.check, target, abs(slope) * (error or 0.0))
+
+
+def _look(attempt: Callable[[Sequence[float]], list[DesignPoint]], question: Question) -> list[DesignPoint]:
+    """Places all over the range; where none reaches the target, more of them around the nearest, in ROUNDS at most."""
+    low, high = question.low, question.high
+    ratio = high / low if low > 0.0 else math.inf
+    steps = [k / (POINTS - 1) for k in range(1, POINTS - 1)]
+    between = [low * ratio**share if ratio < math.inf else low + share * (high - low) for share in steps]
+    scan = attempt([low, *between, high])
+    for _ in range(ROUNDS):
+        nearest = _nearest(scan)
+        if nearest is None or _brackets(scan, question.target):
+            break
+        k = scan.index(nearest)
+        gaps = pairwise(scan[max(k - 1, 0) : k + 2])
+        closer = [a.value + share * (b.value - a.value) for a, b in gaps for share in (1 / 3, 2 / 3)]
+        scan = sorted([*scan, *attempt(closer)], key=lambda point: point.value)
+        if nearest in (scan[0], scan[-1]) and _nearest(scan) is nearest:  # answers fall off from the end of the range
+            break
+    return scan
+
+
+def _nearest(scan: Sequence[DesignPoint]) -> DesignPoint | None:
+    """The place whose answer is nearest the target; None where none has one."""
+    return min((point for point in scan if point.score is not None), key=lambda point: abs(point.score or 0.0), default=None)
+
+
+def _brackets(scan: Sequence[DesignPoint], target: Target) -> list[tuple[DesignPoint, DesignPoint]]:
+    """Neighbours with the target between their answers, and places that hit it beside none such, twice; by rising value."""
+    found: list[tuple[DesignPoint, DesignPoint]] = []
+    for a, b in pairwise(scan):
+        touches = a.score == 0.0 and found and found[-1][1] is a  # the target, from above: one value, not two
+        if _across(a, b) and not touches:
+            found.append((a, b))
+    ends = {point.value for pair in found for point in pair}
+    hits = [point for point in scan if point.score is not None and abs(point.score) <= target.near and point.value not in ends]
+    return sorted([*found, *((point, point) for point in hits)], key=lambda pair: pair[0].value)
+
+
+def _checked(found: DesignAnswer, check: Callable[[float], Refined], target: Target, error: float) -> DesignAnswer:
+    """The answer with the refinement at its value; error: of the search, in units of the score."""
+    try:
+        refined = check(found.value)
+    except Diverged as diverged:
+        return replace(found, missed=f"the check has no answer: {diverged}")
+    return replace(found, summary=refined.summary, missed=_missed_by(refined, target, error))
 
 
 def _missed_by(checked: Refined, target: Target, error: float) -> str:
@@ -277,7 +344,7 @@ def answer(summary: Summary, target: Target) -> str:
     value: float | None = getattr(summary, target.name)
     if value is None:
         return f"stopped at a height of {summary.minimum_height:.4g} m"
-    return f"{value:.5g} {TARGETS[target.name].unit}"
+    return target.in_unit(value)
 
 
 def _tried(load: Callable[[float], Case], target: Target, values: Sequence[float]) -> list[DesignPoint]:
@@ -300,12 +367,18 @@ def _across(a: DesignPoint, b: DesignPoint) -> bool:
 
 def _slope(a: DesignPoint, b: DesignPoint) -> float:
     """Change of the score per unit of the value; 0 where it is not known."""
-    return 0.0 if a.score is None or b.score is None else (b.score - a.score) / (b.value - a.value)
+    return 0.0 if a.score is None or b.score is None or a is b else (b.score - a.score) / (b.value - a.value)
 
 
-def _close_in(attempt: Callable[[float], DesignPoint], a: DesignPoint, b: DesignPoint) -> tuple[DesignPoint, DesignPoint]:
-    """Narrow a bracket to SEARCH_WIDTH: inverse quadratic interpolation where it is safe, else halves. Chandrupatla, 1997."""
-    share = 0.5
+def _close_in(
+    attempt: Callable[[float], DesignPoint], a: DesignPoint, b: DesignPoint, near: float = math.inf
+) -> tuple[DesignPoint, DesignPoint]:
+    """Narrow a bracket to SEARCH_WIDTH, and on to LEAST_WIDTH until the lower score is within `near` of 0.
+
+    Inverse quadratic interpolation where it is safe, else halves: Chandrupatla, 1997. A score of 0 counts as below, and its
+    bracket closes in as any other.
+    """
+    share, width = 0.5, SEARCH_WIDTH
     while True:
         new = attempt(a.value + share * (b.value - a.value))
         if new.score is None:
@@ -313,8 +386,11 @@ def _close_in(attempt: Callable[[float], DesignPoint], a: DesignPoint, b: Design
         last = a if not _across(new, a) else b
         a, b = new, b if last is a else a
         assert a.score is not None and b.score is not None and last.score is not None
-        least = SEARCH_WIDTH * abs(a.value) / abs(b.value - a.value)
-        if least >= 1.0 or a.score == 0.0:
+        across = abs(b.value - a.value) / abs(a.value)
+        while across <= width and width > LEAST_WIDTH and -min(a.score, b.score) > near:
+            width /= 8
+        least = width / across
+        if least >= 1.0:
             return a, b
         share = 0.5
         xi, phi = (a.value - b.value) / (last.value - b.value), (a.score - b.score) / (last.score - b.score)
@@ -338,16 +414,17 @@ def _numerical_error(case: Case, target: Target, summary: Summary) -> tuple[floa
     return error, "four grids beside one another, and the last bracket"
 
 
-def _missed(scan: Sequence[DesignPoint], target: Target) -> str:
-    ends = "; ".join(f"at {point.value:.6g}: {point.in_words(target)}" for point in (scan[0], scan[-1]))
-    known = [point for point in scan if point.score is not None]
+def _missed(scan: Sequence[DesignPoint], question: Question) -> str:
+    target, places = question.target, len(scan)
+    ends = "; ".join(f"at {question.in_unit(point.value)}: {point.in_words(target)}" for point in (scan[0], scan[-1]))
+    lost = sum(point.score is None for point in scan)
     late = sum("neither impact nor stop" in point.fault for point in scan)
-    longer = "; raise time.end" if 2 * late > len(scan) else ""
-    if not known:
-        return f"no value in the range reaches {target}: none of {len(scan)} has an answer; {ends}{longer}"
-    near = min(known, key=lambda point: abs(point.score or 0.0))
-    lost = len(scan) - len(known)
-    without = f", {lost} of {len(scan)} without an answer" if lost else ""
+    longer = "; raise time.end" if 2 * late > places else ""
+    near = _nearest(scan)
+    if near is None:
+        return f"no place in the range reaches {target}: none of {places} has an answer; {ends}{longer}"
+    without = f", {lost} of {places} without an answer" if lost else ""
     return (
-        f"no value in the range reaches {target}: {ends}; nearest is {near.value:.6g}: {near.in_words(target)}{without}{longer}"
+        f"none of {places} places in the range reaches {target}: {ends}; nearest is {question.in_unit(near.value)}: "
+        f"{near.in_words(target)}{without}{longer}"
     )

@@ -40,7 +40,9 @@ CHARTED: tuple[tuple[Fidelity, Literal["edge", "cell"], tuple[float, ...]], ...]
 POWERS = {"lumped": 1.0, "axisymmetric": 3.0, "full": 3.5}  # of the grid, by which seconds rise at most
 REPEATED = 1.0  # s, runs below are timed three times
 SHARE = 2 / 3  # of the budget, at most, for the reference
+OVER = 0.2  # of the time spent, that a coarse grid of the reference may take after its share
 ROUND = 720  # cells around the hoop of an axisymmetric shell, which does not feel them
+COARSEST = 16  # cells along the generatrix of the first full shells of an ensemble
 PROBE = 36  # cells along the generatrix of the full shell that is asked whether it stays round
 DOUBLINGS = 6
 DOUBTFUL = 10.0  # times a disturbance: a shell that let it grow by more is asked on a finer grid
@@ -157,6 +159,8 @@ class WorkPrecision:
     runs: list[Measurement] = field(default_factory=list)
     left_out: list[tuple[Setting, float | str]] = field(default_factory=list)  # and the seconds it may take, or why else
     interrupted: bool = False
+    seconds: float = 0.0  # wall time of all, compiling apart
+    budget: float = MOST_TIME  # s
 
     def failure(self, run: Measurement) -> str | None:
         """Say how a run ended, if not as the reference does."""
@@ -302,41 +306,44 @@ def _hoop(case: Case, fidelity: Fidelity, n1: int) -> int:
 def work_precision(case: Case, budget: float = MOST_TIME, report: Callable[[int, int, str], None] | None = None) -> WorkPrecision:
     """Compute a reference and as much of the plan as a budget (s) holds; Ctrl-C ends it early and keeps what was done.
 
-    report: told runs done, runs planned, and what comes next. Compiling is no part of the budget.
-    Raises Diverged where the reference does on every grid.
+    report: told runs done, runs planned, and what comes next. Compiling is no part of the budget, which is wall time: no run is
+    begun that would end later, from what others took, but for the first of its kind. Raises Diverged where the
+    reference does on every grid.
     """
-    found = WorkPrecision(case)
+    found = WorkPrecision(case, budget=budget)
+    campaign = _Campaign(found, report or (lambda done, planned, doing: None))
     try:
-        _Campaign(found, budget, report or (lambda done, planned, doing: None)).fill()
+        campaign.fill()
     except KeyboardInterrupt:
         found.interrupted = True
         done = {run.setting for run in found.runs} | {setting for setting, _ in found.left_out}
         found.left_out += [(setting, INTERRUPTED) for setting in plan(case) if setting not in done]
+    found.seconds = time.perf_counter() - campaign.started
     return found
 
 
 class _Campaign:
-    def __init__(self, found: WorkPrecision, budget: float, report: Callable[[int, int, str], None]) -> None:
+    def __init__(self, found: WorkPrecision, report: Callable[[int, int, str], None]) -> None:
         self.found, self.case, self.report = found, found.case, report
         self.settings = plan(self.case)
         self.costs: list[tuple[Setting, float]] = []  # wall seconds that settings took, as the budget counts
         compile_kernels(kernels_of(setting.apply(self.case) for setting in self.settings))
-        self.budget = budget
-        self.due = time.perf_counter() + SHARE * budget  # by when the reference should be done
+        self.started = time.perf_counter()
+        self.due, self.end = self.started + SHARE * found.budget, self.started + found.budget  # of the reference, and of all
         self.planned = len(self.settings)
+        self.coarse: Measurement | None = None  # first full shell, which tells what others take
 
     def fill(self) -> None:
         """The reference, the paper's setting if it fits, then all runs by rising cost as far as there is time."""
         found = self.found
         found.reference = reference = self.reference()
-        end = max(self.due, time.perf_counter()) + (1.0 - SHARE) * self.budget
-        first = [one for one in self.settings if one == PAPER and self.expected(one) < 0.5 * (end - time.perf_counter())]
+        first = [one for one in self.settings if one == PAPER and self.expected(one) < 0.5 * (self.end - time.perf_counter())]
         for setting in dict.fromkeys([*first, *self.settings]):
             doing = self.expected(setting)
             beyond = BEYOND[reference.setting.fidelity].get(setting.fidelity, 0.0)
             if beyond * setting.generatrix > reference.setting.generatrix:
                 found.left_out.append((setting, TOO_FINE))
-            elif time.perf_counter() + doing * (3.0 if doing < REPEATED else 1.0) > end:
+            elif time.perf_counter() + doing * (3.0 if doing < REPEATED else 1.0) > self.end:
                 found.left_out.append((setting, doing))
             else:
                 self.report(len(found.runs), self.planned - len(found.left_out), str(setting))
@@ -377,7 +384,8 @@ class _Campaign:
             summary = diverged.summary
         if summary.outcome == "interrupted":
             raise KeyboardInterrupt
-        self.costs.append((setting, summary.wall_seconds))
+        if summary.outcome != "diverged":  # which cost less than a whole drop
+            self.costs.append((setting, summary.wall_seconds))
         return Measurement(setting, summary, values_of(self.case, summary), summary.kernel_seconds, size)
 
     def refer(self, setting: Setting, seed: int = 0) -> Measurement:
@@ -397,15 +405,20 @@ class _Campaign:
     def out_of_round(self) -> tuple[dict[str, float] | None, str]:
         """By how much a disturbance moves each quantity of a full shell from the axisymmetric one, None if not round; in words.
 
-        A grid twice as fine is asked where a coarse one lets the disturbance grow much, as in `error_control`.
+        A grid twice as fine is asked where a coarse one lets the disturbance grow much, as in `error_control`. A shell of the
+        coarsest grid of an ensemble tells before what that takes.
         """
         moved = dict.fromkeys(UNITS, 0.0)
         words = ""
-        cells = max(PROBE, least_cells(self.case))
+        cells, coarse = max(PROBE, least_cells(self.case)), max(COARSEST, least_cells(self.case))
+        if coarse < cells:
+            self.report(0, self.planned, f"what a full shell takes, {coarse} cells")
+            self.coarse = self.run(Setting("full", "edge", COURANT, coarse, _hoop(self.case, "full", coarse)), 1)
         for n1 in (cells, 2 * cells):
             setting = Setting("full", "edge", COURANT, n1, _hoop(self.case, "full", n1))
-            if n1 > cells and self.expected(setting) > 0.5 * (self.due - time.perf_counter()):
-                return None, f"whether the full shell stays round takes a finer grid than the budget allows: {words}"
+            if self.expected(setting) > 0.5 * (self.due - time.perf_counter()):
+                open_still = "whether the full shell stays round takes a finer grid than the budget allows"
+                return None, ": ".join(filter(None, (open_still, words)))
             self.report(0, self.planned, f"does it stay round? {setting}")
             started = time.perf_counter()
             try:
@@ -432,6 +445,7 @@ class _Campaign:
         """The finest of doubled grids; its error by the index of three, two grids beside it, and the move of a disturbance.
 
         Where the three tell no order, or their peaks are different events, the range of these three and those beside instead.
+        Where there is time for fewer, there is no error.
         """
         cells = max(GRIDS[2], least_cells(self.case))
         runs: list[Measurement] = []
@@ -439,12 +453,16 @@ class _Campaign:
             run = self.refer(Setting("axisymmetric", "edge", COURANT, cells, ROUND))
             runs = [*runs, run] if run.summary.outcome != "diverged" else []
             cells *= 2
-            following = self.expected(run.setting._replace(generatrix=cells))
-            if len(runs) >= 3 and 2.5 * following > self.due - time.perf_counter():  # there are two beside it as well
+            now, following = time.perf_counter(), self.expected(run.setting._replace(generatrix=cells))
+            left = max(self.due - now, OVER * (now - self.started) if len(runs) < 3 else 0.0)
+            if runs and 2.5 * following > left:  # there are two beside it as well
                 break
-        if len(runs) < 3:
+        if not runs:
             raise Diverged("the axisymmetric shell diverges on every grid: there is no reference", run.summary)
         finest = runs[-1]
+        basis = f"axisymmetric shell of {finest.setting.generatrix} cells; {why}"
+        if len(runs) < 3:
+            return self.made(finest.values, dict.fromkeys(UNITS, math.inf), [finest], basis, finest.setting)
         beside = [self.refer(finest.setting._replace(generatrix=round(x * finest.setting.generatrix))) for x in (0.85, 0.93)]
         errors = {}
         for name, value in finest.values.items():
@@ -453,20 +471,29 @@ class _Campaign:
             if math.isinf(bound) or not _one_event(runs[-3:], name):
                 bound = max(three + others) - min(three + others)
             errors[name] = max(bound, *(abs(other - value) for other in others)) + moved[name]
-        basis = f"axisymmetric shell of {finest.setting.generatrix} cells; {why}"
         return self.made(finest.values, errors, [finest, *beside], basis, finest.setting)
 
     def ensemble(self, why: str) -> Reference:
-        """The mean of disturbed full shells; its error is twice their scatter and the larger of its last two moves by grid."""
-        cells = float(max(16, least_cells(self.case)))
+        """The mean of disturbed full shells; its error is twice their scatter and the larger of its last two moves by grid.
+
+        Of the coarsest grid there are as many as there is time for, one at least.
+        """
+        cells = float(max(COARSEST, least_cells(self.case)))
         means: list[dict[str, float]] = []
         last: list[Measurement] = []
         while True:
             n1 = round(cells)
             setting = Setting("full", "edge", COURANT, n1, _hoop(self.case, "full", n1))
-            tried = [self.refer(setting, seed + 1) for seed in range(len(SEEDS))]
+            tried: list[Measurement] = []
+            if self.coarse is not None and self.coarse.setting == setting:
+                tried.append(self.coarse)
+                self.found.reference_runs.append(self.coarse)
+            for seed in range(len(tried), len(SEEDS)):
+                if tried and time.perf_counter() + self.expected(setting) > self.due:
+                    break
+                tried.append(self.refer(setting, seed + 1))
             runs = [run for run in tried if run.summary.outcome != "diverged"]
-            if len(runs) >= len(SEEDS) - 1:
+            if len(runs) >= (len(SEEDS) - 1 if means else 1):
                 means.append({name: statistics.mean(run.values[name] for run in runs) for name in UNITS})
                 last = runs
             cells *= STEPPED
@@ -479,11 +506,13 @@ class _Campaign:
         for name in UNITS:
             moves = [abs(after[name] - before[name]) for before, after in pairwise(means[-3:])]
             grid = max(moves) if len(moves) == 2 else CAUTION * moves[0] if moves else math.inf
-            errors[name] = 2.0 * statistics.stdev([run.values[name] for run in last]) + grid
+            spread = statistics.stdev([run.values[name] for run in last]) if len(last) > 1 else math.inf
+            errors[name] = 2.0 * spread + grid
         setting = last[0].setting
+        sizes = " to ".join(f"{size:g}" for size in dict.fromkeys((last[0].disturbed, last[-1].disturbed)))
         basis = (
-            f"mean of {len(last)} full shells of {setting.generatrix} x {setting.hoop} cells, disturbed by {SEEDS[0]:g} to "
-            f"{SEEDS[-1]:g} R; {why}"
+            f"mean of {len(last)} full shell{'s' * (len(last) > 1)} of {setting.generatrix} x {setting.hoop} cells, "
+            f"disturbed by {sizes} R; {why}"
         )
         return self.made(means[-1], errors, last, basis, setting)
 

@@ -18,10 +18,7 @@ if TYPE_CHECKING:
 
 def print_point(question: Question, point: DesignPoint) -> None:
     """One value of a search as soon as it is tried, on stderr."""
-    unit = f" {question.shown}".rstrip()
-    print(
-        f"{question.path} {point.value / question.size:.6g}{unit}: {point.in_words(question.target)}", file=sys.stderr, flush=True
-    )
+    print(f"{question.path} {question.in_unit(point.value)}: {point.in_words(question.target)}", file=sys.stderr, flush=True)
 
 
 def print_design(
@@ -32,7 +29,7 @@ def print_design(
 
     console = console or plain()
     energy, tried = stop
-    goal, unit = question.target, f" {question.shown}".rstrip()
+    goal = question.target
     rows = [
         ("energy of the cargo", f"{energy.energy:.1f}", "J", "m g l1 + m V²/2"),
         ("mean pressure", f"{energy.mean:.1f}", "Pa", "full stop over the shell's height"),
@@ -44,10 +41,10 @@ def print_design(
     print_quantities(console, rows)
     console.print()
     console.print(f"By the model, for {goal}", style="bold")
-    width = "no error bar" if found.error is None else f"± {found.error / question.size:.2g}{unit}"
+    width = "no error bar" if found.error is None else f"± {question.in_unit(found.error, '.2g')}"
     value = f"{found.value / question.size:.6g}"
     print_quantities(console, [(question.path, value, question.shown, f"{width}: {found.basis}")])
     if found.others:
-        console.print(f"The answer crosses the target at {found.others + 1} values in the range; this is the lowest.")
+        console.print(f"The places looked at show {found.others + 1} values that meet the target; this is the lowest.")
     console.print()
     print_summary(found.summary, console=console)

@@ -26,6 +26,7 @@ def print_work_precision(found: WorkPrecision, command: str, console: Console | 
     if found.interrupted:
         console.print(f"Interrupted after {len(found.runs)} runs: what is recommended may change.")
     console.print(f"Reference: {reference.basis}.")
+    console.print(f"All runs took {found.seconds:.3g} s of a budget of {found.budget:g} s.")
     console.print()
     values = [
         (named(name), f"{value:.5g}", UNITS[name], f"± {_percent(reference.error(name))}")
@@ -63,7 +64,7 @@ def print_work_precision(found: WorkPrecision, command: str, console: Console | 
 def _why_none(known: float, tolerance: float) -> str:
     """Say why no run is recommended for a tolerance, beside a reference that is known to a relative error."""
     if math.isinf(known):
-        return "none: the budget holds one grid, so the reference has no error bar; try a larger --budget"
+        return "none: the budget holds too few runs for an error bar of the reference; try a larger --budget"
     if known >= tolerance:
         return f"none: the reference is known to {_percent(known)} only"
     return f"none: no run within {100 * tolerance:g} % that a finer one confirms"

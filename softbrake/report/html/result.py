@@ -20,6 +20,7 @@ from softbrake.report.words import (
     margin_in_words,
     named,
     outcome_in_words,
+    speed_in_words,
     when_in_words,
 )
 from softbrake.sim.result_file import ResultError, read_case, read_history, read_inflation, read_snapshots, read_summary
@@ -147,7 +148,7 @@ def _computed(summary: Summary) -> str:
                 trial.fidelity,
                 f"{trial.generatrix} x {trial.hoop}",
                 trial.verdict,
-                "–" if trial.impact_velocity is None else f"{trial.impact_velocity:.4f}",
+                speed_in_words(trial),
                 "–" if trial.error is None or not math.isfinite(trial.error) else f"{trial.error:.2g}",
             ]
             for trial in summary.trials
