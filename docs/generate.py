@@ -193,7 +193,14 @@ def fields(name: str) -> str:
     kind = getattr(summary, name)
     told = {field.name: ", ".join(filter(None, field.metadata.values())) for field in dataclasses.fields(kind)}
     rows = [(code(field), code(type_), told[field] or comment) for field, (type_, comment) in comments(kind).items()]
-    return f"### {name}\n\n{inspect.getdoc(kind)}\n\n{table(('field', 'type', 'unit and meaning'), rows)}"
+    return f"### {name}\n\n{summed_up(kind)}\n\n{table(('field', 'type', 'unit and meaning'), rows)}"
+
+
+def summed_up(kind: type) -> str:
+    """Docstring of a class as its source has it, without the fields that one may list for help()."""
+    (declared,) = ast.parse(inspect.getsource(kind)).body
+    assert isinstance(declared, ast.ClassDef)
+    return ast.get_docstring(declared) or ""
 
 
 def answer_page() -> str:

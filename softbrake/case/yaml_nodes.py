@@ -6,7 +6,7 @@ PyYAML follows YAML 1.1: `1e3` would be text, `no` false, `12:30` a number, and 
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -66,6 +66,22 @@ def _plain(text: str) -> str | int | float | bool | None:
 def join(path: str, name: str | int) -> str:
     """Dotted path of a member."""
     return f"{path}.{name}" if path else str(name)
+
+
+def node_of(value: Any, place: Place, report: Report, path: str = "") -> Node:
+    """Tree of mappings, lists and single values of Python or NumPy, all of one place. What is none is reported."""
+    if hasattr(value, "tolist"):  # of NumPy
+        value = value.tolist()
+    if isinstance(value, Mapping):
+        members = {str(name): node_of(item, place, report, join(path, name)) for name, item in value.items()}
+        return Node(members, place, place)
+    if isinstance(value, (list, tuple)):
+        items = [node_of(item, place, report, join(path, number)) for number, item in enumerate(value)]
+        return Node(items, place, place)
+    if not isinstance(value, (str, int, float, type(None))):
+        report(place, path, f"{value!r} is no value", "a number in SI units or a text such as '20 kN/m' is expected")
+        value = None
+    return Node(value, place, place)
 
 
 def parse(text: str, place_of: PlaceOf, report: Report, path: str = "") -> Node | None:
