@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import sys
+from codecs import BOM_UTF8
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from os import PathLike, fspath
@@ -16,7 +17,7 @@ from softbrake.case.overrides import Override, overridden
 from softbrake.case.section import Draft
 from softbrake.case.sections.top import TOP
 from softbrake.case.units import Dimension, unit_of
-from softbrake.case.yaml_nodes import Node, Place, YamlError, join, node_of, parse
+from softbrake.case.yaml_nodes import Node, Place, YamlError, end_of, join, node_of, parse
 
 Number = float | tuple[float, ...]
 MAPPING = "case"  # name, in messages and as a title, of what comes from no file
@@ -132,8 +133,9 @@ def case_file(text: str, name: str, overrides: Sequence[str | Override] = ()) ->
         check.fault(error.place, "", str(error), error.expected)
         raise CaseError(check.messages()) from None
     if root is None or not isinstance(root.value, dict):
-        place = root.place if root else place_of(0, 0)
-        check.fault(place, "", "not a mapping" if root else "an empty file", "sections such as 'shell:' are expected")
+        empty = root is None or root.value is None  # of '---' alone YAML's place is behind the last line
+        place = place_of(0, 0) if root is None or empty else root.place
+        check.fault(place, "", "an empty file" if empty else "not a mapping", "sections such as 'shell:' are expected")
         raise CaseError(check.messages())
     return _checked(name, root, root, 0, _several(overrides), check)
 
@@ -160,13 +162,13 @@ def _read_text(path: str | Path, name: str) -> str:
         content = _read_stdin() if str(path) == "-" else Path(path).read_bytes()
     except OSError as error:
         raise CaseError([f"{name}: {error.strerror or error}; a case file is expected"]) from None
+    content = content.removeprefix(BOM_UTF8)
     try:
-        return content.decode("utf-8-sig")
+        return content.decode("utf-8")
     except UnicodeDecodeError as error:
-        before = content[: error.start]
-        line, column = before.count(b"\n") + 1, error.start - before.rfind(b"\n")
-        fault = f"{name}:{line}:{column}: byte 0x{content[error.start]:02x} is not UTF-8; a text file in UTF-8 is expected"
-        raise CaseError([fault]) from None
+        line, column = end_of(content[: error.start].decode("utf-8"))
+        fault = f"byte 0x{content[error.start]:02x} is not UTF-8; a text file in UTF-8 is expected"
+        raise CaseError([f"{name}:{line + 1}:{column + 1}: {fault}"]) from None
 
 
 def _read_stdin() -> bytes:
