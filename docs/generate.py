@@ -19,8 +19,9 @@ from mkdocs.config.defaults import MkDocsConfig
 from mkdocs.structure.files import File, Files
 
 import softbrake
-from softbrake.case.case import MAPPINGS
+from softbrake.case.case import MAPPINGS, key_at
 from softbrake.case.keys import Key
+from softbrake.case.plausible import RANGES
 from softbrake.case.section import Section
 from softbrake.case.sections import contact, pressure
 from softbrake.case.sections.sweep import SWEEP
@@ -127,11 +128,20 @@ def keys_page() -> str:
             said = f"{optional.strip()} {alternatives(section)}".strip()
             parts.append("\n\n".join(part for part in (f"## {name}", said, keys_table(section.keys)) if part))
     parts += [
+        "## Usual ranges\n",
+        "Values and figures beyond these are allowed; `check`, `run`, `sweep` and `design` say so on stderr. SI units.\n",
+        table(("key or figure", "from", "to", "reason"), usual_ranges()),
         "## sweep\n",
         "`softbrake sweep` reads this section: `vary`, a mapping of keys to values, and\n",
         keys_table(SWEEP.keys),
     ]
     return "\n".join(parts)
+
+
+def usual_ranges() -> Iterable[tuple[str, str, str, str]]:
+    """A row for each range."""
+    for name, usual in RANGES.items():
+        yield code(name) if key_at(name) else name, f"{usual.low:g}", f"{usual.high:g}", usual.reason
 
 
 def _units() -> Iterable[str]:
@@ -193,7 +203,14 @@ def fields(name: str) -> str:
     kind = getattr(summary, name)
     told = {field.name: ", ".join(filter(None, field.metadata.values())) for field in dataclasses.fields(kind)}
     rows = [(code(field), code(type_), told[field] or comment) for field, (type_, comment) in comments(kind).items()]
-    return f"### {name}\n\n{inspect.getdoc(kind)}\n\n{table(('field', 'type', 'unit and meaning'), rows)}"
+    return f"### {name}\n\n{summed_up(kind)}\n\n{table(('field', 'type', 'unit and meaning'), rows)}"
+
+
+def summed_up(kind: type) -> str:
+    """Docstring of a class as its source has it, without the fields that one may list for help()."""
+    (declared,) = ast.parse(inspect.getsource(kind)).body
+    assert isinstance(declared, ast.ClassDef)
+    return ast.get_docstring(declared) or ""
 
 
 def answer_page() -> str:

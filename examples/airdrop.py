@@ -9,8 +9,6 @@ import sys
 from pathlib import Path
 
 import softbrake
-from softbrake.core.columns import History
-from softbrake.sim.result_file import read_snapshots
 from softbrake.studies.batch import run_batch
 
 CASE = Path(__file__).resolve().parents[1] / "configs" / "airdrop.yaml"
@@ -34,11 +32,10 @@ print(f"energy balance {answer.energy_error:.1e}")
 # The history has a row per recorded step, the snapshots have the whole shell.
 
 # %%
-history = softbrake.read_result(result).history
-shell = read_snapshots(result, "tension_hoop")
-for column in (History.HEIGHT, History.VELOCITY, History.PRESSURE):
-    name = column.name.lower()
-    print(f"{name}: {history[name][0]:g} to {history[name][-1]:g} {column.unit}, {len(history)} rows")
+kept = softbrake.read_result(result)
+history, shell = kept.history, kept.snapshots("tension_hoop")
+for name in ("height", "velocity", "pressure"):
+    print(f"{name}: {history[name][0]:g} to {history[name][-1]:g} {kept.units[name]}, {len(history)} rows")
 print(f"{len(shell.times)} snapshots of {' x '.join(map(str, shell.xyz.shape[1:3]))} nodes")
 
 # %% [markdown]

@@ -1,6 +1,6 @@
 """Braking of a falling cargo by an inflatable shell of fabric and ring belts.
 
-From Python: `summary = softbrake.run(softbrake.load_case("case.yaml"))`.
+From Python: `summary = softbrake.run("case.yaml")`.
 """
 
 from __future__ import annotations
@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from softbrake.case.case import Case
     from softbrake.case.case_file import CaseError, load_case
+    from softbrake.case.level import LongStep
     from softbrake.sim.result_file import Result, ResultError, read_result
     from softbrake.sim.simulation import Diverged, NotInflated
     from softbrake.sim.summary import Summary
@@ -21,6 +22,7 @@ __all__ = [
     "Case",
     "CaseError",
     "Diverged",
+    "LongStep",
     "NotInflated",
     "Result",
     "ResultError",
@@ -34,6 +36,7 @@ __all__ = [
 _HOMES = {
     "case.case": ("Case",),
     "case.case_file": ("CaseError", "load_case"),
+    "case.level": ("LongStep",),
     "sim.result_file": ("Result", "ResultError", "read_result"),
     "sim.simulation": ("Diverged", "NotInflated"),
     "sim.summary": ("Summary",),

@@ -27,7 +27,7 @@ def case(generatrix: int = 36, hoop: int = 90, belts: int = 3) -> Case:
         title="A synthetic drop",
         gravity=9.81,
         shell=Shell(0.5, 0.6),
-        fabric=Fabric(20e3, 20e3, 0.25, 0.25, 0.0, 0.05, 0.2, "true_tension", "cut", 0.0),
+        fabric=Fabric(20e3, 20e3, 0.25, 0.25, 0.0, 0.05, 0.2, "true_tension", "cut"),
         belts=tuple(Belt(0.6 * (k + 1) / (belts + 1), 1667.0, 0.004, 0.0167) for k in range(belts)),
         cargo=Cargo(100.0, SPEED, 0.5, None),
         contact=("ground",),

@@ -57,7 +57,7 @@ def test_mistakes(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     drop.write(Path("short.vtkhdf"), drop.case(4, 8), snapshots=0)
     before = sorted(tmp_path.iterdir())
     for arguments, message in (
-        (["drop.vtkhdf"], "--xdmf is expected"),
+        (["drop.vtkhdf"], "--xdmf or --csv is expected"),
         (["none.vtkhdf", "--xdmf"], "none.vtkhdf: cannot be read: No such file or directory"),
         (["drop.vtkhdf", "--xdmf", "-o", "drop.xml"], "drop.xml: the name of the sidecar ends in .xdmf"),
         (["drop.vtkhdf", "--xdmf", "-o", "no/drop.xdmf"], "there is no folder no"),

@@ -6,10 +6,10 @@ from dataclasses import dataclass, fields
 from typing import Any, Literal
 
 from softbrake.case.keys import Key
-from softbrake.case.section import Draft, Section
+from softbrake.case.section import Draft, Part, Section
 from softbrake.case.sections.belts import BELTS, Belt
 from softbrake.case.sections.cargo import CARGO, Cargo
-from softbrake.case.sections.contact import CONTACT
+from softbrake.case.sections.contact import CONTACT, PARTS
 from softbrake.case.sections.fabric import FABRIC, Fabric
 from softbrake.case.sections.numerics import GRID, MODEL, TIME, Grid, ModelChoice, Time
 from softbrake.case.sections.output import OUTPUT, Output
@@ -21,8 +21,8 @@ from softbrake.case.units import Dimension
 
 
 @dataclass(frozen=True)
-class Case:
-    """One drop, checked and in SI units."""
+class Case(Part):
+    """One drop, checked and in SI units. `load_case` makes one, `dataclasses.replace` another one."""
 
     title: str
     gravity: float  # m/s^2, downwards
@@ -40,6 +40,14 @@ class Case:
     model: ModelChoice
     output: Output
     insists: bool = False  # whether an answer that misses the tolerance is a failure: where the case names one
+
+    where, keys = TOP.name, {key.name: key for key in TOP.keys}  # of fields outside of sections
+
+    def __post_init__(self) -> None:
+        """Raise ValueError where a field cannot be."""
+        super().__post_init__()
+        if strange := [part for part in self.contact if part not in PARTS]:
+            raise ValueError(f"contact: {strange[0]!r} is no part; {', '.join(PARTS)} are expected")
 
     @property
     def without_contact(self) -> list[str]:

@@ -3,9 +3,12 @@
 from __future__ import annotations
 
 import sys
+from codecs import BOM_UTF8
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from os import PathLike, fspath
 from pathlib import Path
+from typing import Any
 
 from softbrake.case.case import ALL, MAPPINGS, Case, complete
 from softbrake.case.checker import Checker
@@ -14,9 +17,10 @@ from softbrake.case.overrides import Override, overridden
 from softbrake.case.section import Draft
 from softbrake.case.sections.top import TOP
 from softbrake.case.units import Dimension, unit_of
-from softbrake.case.yaml_nodes import Node, Place, YamlError, join, parse
+from softbrake.case.yaml_nodes import Node, Place, YamlError, end_of, join, node_of, parse
 
 Number = float | tuple[float, ...]
+MAPPING = "case"  # name, in messages and as a title, of what comes from no file
 
 
 class CaseError(Exception):
@@ -86,19 +90,29 @@ def name_of(path: str | Path) -> str:
     return "stdin" if str(path) == "-" else str(path)
 
 
-def open_case(path: str | Path, overrides: Sequence[str | Override] = ()) -> CaseFile:
-    """Read a case file, to be varied. path, overrides and errors: as of `load_case`."""
+def open_case(source: str | PathLike[str] | Mapping[str, Any], overrides: Sequence[str | Override] = ()) -> CaseFile:
+    """Read a case file or a mapping, to be varied. source, overrides and errors: as of `load_case`."""
+    if isinstance(source, Mapping):
+        check = Checker()
+        try:
+            root = node_of(source, Place((0, 0, 0), MAPPING), check.fault)
+        except RecursionError:
+            raise CaseError([f"{MAPPING}: nested too deeply; sections of keys and values are expected"]) from None
+        return _checked(MAPPING, root, root, 0, _several(overrides), check)
+    path = fspath(source)
     name = name_of(path)
     return case_file(_read_text(path, name), name, overrides)
 
 
-def load_case(path: str | Path, overrides: Sequence[str] = ()) -> Case:
-    """Read a case file.
+def load_case(source: str | PathLike[str] | Mapping[str, Any], overrides: Sequence[str] = ()) -> Case:
+    """Read a case and check it.
 
-    path: - for what comes on stdin. overrides: texts such as `fabric.E=18.75kN/m`, applied in turn to the keys of the file.
-    Raises CaseError with all faults of the file and the overrides.
+    source: path of a case file, - for what comes on stdin; or a mapping of sections as in a case file, such as
+    `{"shell": {"diameter": "0.5 m", "height": 0.6}, ...}`, with numbers in SI units and texts with units. The case of a result,
+    `read_result(path).case`, is one. overrides: texts such as `fabric.E=18.75kN/m`, applied in turn to the keys of the case.
+    Returns the Case, resolved and in SI units. Raises CaseError with all faults of the case and the overrides.
     """
-    return open_case(path, overrides).case
+    return open_case(source, overrides).case
 
 
 def parse_case(text: str, name: str, overrides: Sequence[str | Override] = ()) -> Case:
@@ -119,10 +133,15 @@ def case_file(text: str, name: str, overrides: Sequence[str | Override] = ()) ->
         check.fault(error.place, "", str(error), error.expected)
         raise CaseError(check.messages()) from None
     if root is None or not isinstance(root.value, dict):
-        place = root.place if root else place_of(0, 0)
-        check.fault(place, "", "not a mapping" if root else "an empty file", "sections such as 'shell:' are expected")
+        empty = root is None or root.value is None  # of '---' alone YAML's place is behind the last line
+        place = place_of(0, 0) if root is None or empty else root.place
+        check.fault(place, "", "an empty file" if empty else "not a mapping", "sections such as 'shell:' are expected")
         raise CaseError(check.messages())
-    return _checked(name, root, root, 0, [overrides] if isinstance(overrides, str) else overrides, check)
+    return _checked(name, root, root, 0, _several(overrides), check)
+
+
+def _several(overrides: Sequence[str | Override]) -> Sequence[str | Override]:
+    return [overrides] if isinstance(overrides, str) else overrides
 
 
 def _checked(name: str, written: Node, tree: Node, count: int, overrides: Sequence[str | Override], told: Checker) -> CaseFile:
@@ -143,13 +162,13 @@ def _read_text(path: str | Path, name: str) -> str:
         content = _read_stdin() if str(path) == "-" else Path(path).read_bytes()
     except OSError as error:
         raise CaseError([f"{name}: {error.strerror or error}; a case file is expected"]) from None
+    content = content.removeprefix(BOM_UTF8)
     try:
-        return content.decode("utf-8-sig")
+        return content.decode("utf-8")
     except UnicodeDecodeError as error:
-        before = content[: error.start]
-        line, column = before.count(b"\n") + 1, error.start - before.rfind(b"\n")
-        fault = f"{name}:{line}:{column}: byte 0x{content[error.start]:02x} is not UTF-8; a text file in UTF-8 is expected"
-        raise CaseError([fault]) from None
+        line, column = end_of(content[: error.start].decode("utf-8"))
+        fault = f"byte 0x{content[error.start]:02x} is not UTF-8; a text file in UTF-8 is expected"
+        raise CaseError([f"{name}:{line + 1}:{column + 1}: {fault}"]) from None
 
 
 def _read_stdin() -> bytes:

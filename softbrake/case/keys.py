@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from numbers import Integral, Real
 from typing import Any
 
 from softbrake.case.units import Dimension, parse_quantity
@@ -60,13 +61,31 @@ class Key:
         number = self._number(value, shown)
         if number and not 1e-30 < abs(number) < 1e30:  # so that no formula over- or underflows later
             raise ValueError(f"{shown[:40]} is not between 1e-30 and 1e30 in SI units")
-        if (
-            (self.above is not None and number <= self.above)
-            or (self.least is not None and number < self.least)
-            or (self.most is not None and number > self.most)
-        ):
+        if not self._within(number):
             raise ValueError(f"{shown} is out of range")
         return number
+
+    def check(self, value: Any) -> None:
+        """Refuse an SI value that no file can give; ValueError says in words what is wrong with it, and what is allowed."""
+        single = replace(self, many=False, auto="")
+        items = value if self.many and isinstance(value, tuple) else (value,)
+        for item in items:
+            if isinstance(self.kind, tuple):
+                sound = isinstance(item, (str, int)) and item in self.kind
+            elif self.kind is str:
+                sound = isinstance(item, str)
+            else:
+                real = isinstance(item, Integral if self.kind is int else Real) and not isinstance(item, bool)
+                sound = real and math.isfinite(item) and self._within(item)
+            if not sound:
+                raise ValueError(f"{item!r} is not allowed; {single.expected} is expected")
+
+    def _within(self, number: float) -> bool:
+        return (
+            (self.above is None or number > self.above)
+            and (self.least is None or number >= self.least)
+            and (self.most is None or number <= self.most)
+        )
 
     def _number(self, value: str | float | bool, shown: str) -> float | int:
         if isinstance(value, bool):

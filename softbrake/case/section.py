@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import asdict, dataclass
-from typing import Any
+from dataclasses import asdict, dataclass, fields
+from typing import Any, ClassVar
 
 from softbrake.case.checker import Checker, Values
 from softbrake.case.keys import Alternatives, Key, mapping_schema
-from softbrake.case.yaml_nodes import Node
+from softbrake.case.yaml_nodes import Node, join
 
 
 class Draft(Checker):
@@ -40,6 +40,28 @@ class Draft(Checker):
         return {key: item.value for key, item in node.value.items()} if node and isinstance(node.value, dict) else {}
 
 
+class Part:
+    """A frozen dataclass of the case, whose fields keep within the bounds of the keys of their names however it is made."""
+
+    where: ClassVar[str]  # name of its section, for messages
+    keys: ClassVar[Mapping[str, Key]]
+
+    def __post_init__(self) -> None:
+        """Raise ValueError, with the path of the field and what is allowed."""
+        for field in fields(self):  # type: ignore[arg-type]
+            value, key = getattr(self, field.name), self.key(field.name)
+            if key is None or (value is None and "None" in str(field.type)):
+                continue
+            try:
+                key.check(value)
+            except ValueError as error:
+                raise ValueError(f"{join(self.where, field.name)}: {error}") from None
+
+    def key(self, field: str) -> Key | None:
+        """The key that bounds a field; None where nothing does."""
+        return self.keys.get(field)
+
+
 @dataclass(frozen=True, eq=False)
 class Section:
     """A section that is checked key by key. One with cross-checks, other forms or computed defaults overrides methods."""
@@ -51,6 +73,11 @@ class Section:
     each: tuple[Key, ...] = ()  # keys of each item of a list, which may stand instead
     optional: bool = False  # may be left out
     physical: bool = False  # describes the drop, not its computation
+
+    def __post_init__(self) -> None:
+        """Give the keys to what the section becomes."""
+        if isinstance(self.kind, type) and issubclass(self.kind, Part):
+            self.kind.where, self.kind.keys = self.name, {key.name: key for key in (*self.keys, *self.each)}
 
     def read(self, draft: Draft) -> Any:
         """Check the section, tell faults to the draft and return the SI values of its keys; none where it is missing."""

@@ -6,7 +6,7 @@ PyYAML follows YAML 1.1: `1e3` would be text, `no` false, `12:30` a number, and 
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -68,6 +68,22 @@ def join(path: str, name: str | int) -> str:
     return f"{path}.{name}" if path else str(name)
 
 
+def node_of(value: Any, place: Place, report: Report, path: str = "") -> Node:
+    """Tree of mappings, lists and single values of Python or NumPy, all of one place. What is none is reported."""
+    if hasattr(value, "tolist"):  # of NumPy
+        value = value.tolist()
+    if isinstance(value, Mapping):
+        members = {str(name): node_of(item, place, report, join(path, name)) for name, item in value.items()}
+        return Node(members, place, place)
+    if isinstance(value, (list, tuple)):
+        items = [node_of(item, place, report, join(path, number)) for number, item in enumerate(value)]
+        return Node(items, place, place)
+    if not isinstance(value, (str, int, float, type(None))):
+        report(place, path, f"{value!r} is no value", "a number in SI units or a text such as '20 kN/m' is expected")
+        value = None
+    return Node(value, place, place)
+
+
 def parse(text: str, place_of: PlaceOf, report: Report, path: str = "") -> Node | None:
     """Tree of the one document of a YAML text, None where there is none.
 
@@ -84,16 +100,28 @@ def parse(text: str, place_of: PlaceOf, report: Report, path: str = "") -> Node 
                 root = _Builder(events, place_of, report).node(next(events), path)
         return root
     except yaml.MarkedYAMLError as error:
-        mark = error.problem_mark or error.context_mark
+        mark, began = error.problem_mark, error.context_mark
         place = place_of(mark.line, mark.column) if mark else place_of(0, 0)
+        if began and (mark is None or mark.index >= len(text.rstrip()) or error.context == "while scanning a simple key"):
+            place = place_of(began.line, began.column)  # what has no end is noticed further down, or behind the last line
+        elif mark and mark.index >= len(text):
+            place = place_of(*end_of(text.rstrip()))
         if mark and text[mark.index : mark.index + 1] == "\t":
             raise YamlError(place, "a tab", "spaces are expected in front of a key") from None
         raise YamlError(place, error.problem or "not YAML") from None
     except yaml.reader.ReaderError as error:
-        before = text[: error.position]
-        raise YamlError(place_of(before.count("\n"), len(before) - before.rfind("\n") - 1), error.reason) from None
+        raise YamlError(place_of(*end_of(text[: error.position])), error.reason) from None
+    except UnicodeEncodeError as error:  # bytes of a command line that are not UTF-8
+        place = place_of(*end_of(text[: error.start]))
+        raise YamlError(place, "a character that is none", "text in UTF-8 is expected") from None
     except RecursionError:
         raise YamlError(place_of(0, 0), "nested too deeply") from None
+
+
+def end_of(text: str) -> tuple[int, int]:
+    """Line and column behind a text, counted from 0, with the line ends of YAML."""
+    lines = re.split("\r\n|[\n\r\x85\u2028\u2029]", text)
+    return len(lines) - 1, len(lines[-1])
 
 
 def _place(event: Any, place_of: PlaceOf) -> Place:

@@ -62,6 +62,37 @@ def at_fidelity(case: Case, fidelity: Literal["axisymmetric", "full"]) -> Case:
     return level(case, fidelity, case.grid.generatrix, case.grid.hoop) if case.model.fidelity == "auto" else case
 
 
+def consider(cases: Iterable[Case], file: CaseFile, *, results: bool = False, at_once: int = 1) -> None:
+    """Say on stderr what is unusual about cases, a line each; refuse those that need more memory than there is.
+
+    results: whether their runs write result files; at_once: how many run at the same time.
+    """
+    from softbrake.case.plausible import warnings_of
+
+    cases = list(cases)
+    for line in warnings_of(cases, file.unit_of):
+        typer.echo(f"unusual: {line}", err=True)
+    refuse_too_large(cases, results=results, at_once=at_once)
+
+
+def refuse_too_large(cases: Iterable[Case], *, results: bool, at_once: int = 1) -> None:
+    """End where runs need more memory than this machine, or its container, has. Arguments as of `consider`."""
+    from softbrake.case.plausible import foreseen
+    from softbrake.sim.cores import memory
+
+    there = memory()
+    for case in cases:
+        if (run := foreseen(case, results)) is not None and (needed := at_once * run.memory) > there:
+            cells = f"{case.grid.generatrix} x {case.grid.hoop} cells"
+            many = f"{at_once} runs of {cells} at once need" if at_once > 1 else f"{cells} need"
+            fail(f"grid: {many} about {in_bytes(needed)} of memory, and there are {in_bytes(there)}; a coarser grid is expected")
+
+
+def in_bytes(size: float) -> str:
+    """A size of memory in words."""
+    return f"{size / 1e9:.3g} GB" if size >= 1e9 else f"{max(size / 1e6, 1):.3g} MB"
+
+
 def warn_of_grid(case: Case) -> None:
     """Say on stderr where the grid of a case is coarser than its scene needs."""
     from softbrake.case.level import coarseness

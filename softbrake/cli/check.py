@@ -7,7 +7,10 @@ from typing import Annotated
 
 import typer
 
-from softbrake.case.case_file import name_of
+from softbrake.case.case import Case
+from softbrake.case.case_file import CaseFile, name_of
+from softbrake.case.plausible import DECELERATION, figures, foreseen, shown, stop, wave_speed
+from softbrake.case.units import Dimension, unit_size
 from softbrake.cli import cases
 from softbrake.cli.exits import fail
 from softbrake.cli.files import check_place, writing
@@ -20,30 +23,79 @@ def check(case_file: CasePath, overrides: Overrides = None) -> None:
 
     opened = cases.read(case_file, overrides)
     case, designs = opened.case, cases.designs(opened)
-    cloth = case.fabric
+    cloth, pressure = case.fabric, case.pressure
     chosen = f"chosen for an error of {case.tolerance:.2g}" if case.tolerance is not None else ""
     cells = chosen or f"{case.grid.generatrix} x {case.grid.hoop} cells (generatrix x hoop)"
-    heights = ", ".join(f"{belt.height:.4g}" for belt in case.belts)
-    free_fall = (case.cargo.velocity**2 + 2 * case.gravity * case.shell.height) ** 0.5
-    pressure = case.pressure
-    last = f"  pressure            {pressure.values[-1]:.4g} Pa from {pressure.times[-1]:.4g} s on\n" if pressure.times else ""
-    idle = f"  without effect      {', '.join(case.without_contact)}\n" if case.without_contact else ""
-    typer.echo(
-        f"{name_of(case_file)}: OK\n"
-        f"  {case.title}\n"
-        f"  grid                {cells}, {case.model.scheme} scheme\n"
-        f"  fidelity            {case.model.fidelity}\n"
-        f"  belts               {len(case.belts)}{f' at {heights} m' if heights else ''}\n"
-        f"  contact             {contact_in_words(case.model.fidelity, case.contact)}\n"
-        f"{idle}"
-        f"{last}"
-        f"  fabric              {fabric_in_words(cloth.law, cloth.slack, cloth.G12, cloth.E11, cloth.E22)}\n"
-        f"  viscosity           {case.fabric.viscosity:.4g} N*s/m\n"
-        f"  free-fall velocity  {free_fall:.5f} m/s"
-    )
+    height_unit = opened.unit_of("belts.0.height") or opened.unit_of("shell.height") or "m"
+    heights = ", ".join(f"{belt.height / unit_size(height_unit, Dimension.LENGTH):.4g}" for belt in case.belts)
+    lines = [
+        ("shell", _values(opened, "shell.diameter", "shell.height")),
+        ("cargo", _values(opened, "cargo.mass", "cargo.velocity", "cargo.diameter", "cargo.height")),
+        ("gas", f"{pressure.law}, {_gas(opened)}"),
+        ("gravity", shown("gravity", case.gravity, opened.unit_of)),
+        ("grid", f"{cells}, {case.model.scheme} scheme"),
+        ("fidelity", case.model.fidelity),
+        ("belts", f"{len(case.belts)}{f' at {heights} {height_unit}' if heights else ''}"),
+        ("contact", contact_in_words(case.model.fidelity, case.contact)),
+        ("without effect", ", ".join(case.without_contact)),
+        ("pressure", f"{pressure.values[-1]:.4g} Pa from {pressure.times[-1]:.4g} s on" if pressure.times else ""),
+        ("fabric", fabric_in_words(cloth.law, cloth.slack, cloth.G12, cloth.E11, cloth.E22)),
+        ("", _values(opened, "fabric.E11", "fabric.E22", "fabric.areal_density", "fabric.strength")),
+        ("viscosity", f"{cloth.viscosity:.4g} N*s/m"),
+        *_derived(case),
+        ("sweep", f"{len(designs.all)} runs over {', '.join(axis.path for axis in designs.axes)}" if designs.axes else ""),
+    ]
+    typer.echo(f"{name_of(case_file)}: OK\n  {case.title}")
+    for name, said in lines:
+        if said:
+            typer.echo(f"  {name:19} {said}")
     cases.warn_of_grid(case)
-    if designs.axes:
-        typer.echo(f"  sweep               {len(designs.all)} runs over {', '.join(axis.path for axis in designs.axes)}")
+    cases.consider([case, *(design.case for design in designs.all if designs.axes)], opened, results=not designs.axes)
+
+
+def _values(opened: CaseFile, *paths: str) -> str:
+    """Values of keys in the units of the file, those that are None left out."""
+    said = []
+    for path in paths:
+        section, name = path.split(".")
+        value = getattr(getattr(opened.case, section), name)
+        if value is not None:
+            said.append(f"{name} {shown(path, value, opened.unit_of)}")
+    return ", ".join(said)
+
+
+def _gas(opened: CaseFile) -> str:
+    """Pressure law in the units of the file; of a table its size and largest value."""
+    pressure = opened.case.pressure
+    if pressure.times:
+        units = (opened.unit_of(f"pressure.values.{row}") for row in range(len(pressure.times)))
+        unit = next(filter(None, units), "")
+        return f"{len(pressure.times)} rows, at most {shown('pressure.values', pressure.largest, lambda _: unit)}"
+    names = ("value", "peak_time", "end_time") if pressure.law == "sine" else ("value",)
+    return _values(opened, *(f"pressure.{name}" for name in names))
+
+
+def _derived(case: Case) -> list[tuple[str, str]]:
+    """Figures to check by eye: what the values mean together, and what the run takes."""
+    found, halt, run = figures(case), stop(case), foreseen(case)
+    full = halt.largest if case.pressure.law == "sine" else halt.mean
+    free_fall = (case.cargo.velocity**2 + 2 * case.gravity * case.shell.height) ** 0.5
+    lines = [("free-fall velocity", f"{free_fall:.5f} m/s")]
+    if case.model.fidelity != "lumped":
+        lines += [
+            ("p R / E", f"{found['pressure times radius over E']:.3g}, stretch of the hoop at full pressure"),
+            ("wave speed", f"{wave_speed(case):.4g} m/s along the generatrix"),
+            ("damping ratio", f"{found['damping ratio']:.3g} of the breathing hoop"),
+            ("shell mass", f"{found['shell mass over cargo mass']:.3g} of the cargo's"),
+        ]
+    share = f"; the case has {case.pressure.largest / full:.3g} of it" if full > 0.0 else ""
+    lines += [
+        ("full stop", f"at {full / 1e3:.4g} kPa (section 2.2){share}"),
+        ("full pressure", f"{shown(DECELERATION, found[DECELERATION], lambda _: '')} of deceleration, net of gravity"),
+    ]
+    if run is None:
+        return [*lines, ("run", "takes what the tolerance needs, trials up to the budget of run")]
+    return [*lines, ("run", f"up to {run.steps} steps, about {run.seconds:.2g} s of CPU, {cases.in_bytes(run.memory)}")]
 
 
 def schema() -> None:

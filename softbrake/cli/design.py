@@ -51,6 +51,7 @@ def design(
     from softbrake.studies.inverse_design import NotReached, ask, find, piston
 
     cases.warn_of_long_steps([case])
+    cases.consider([case], opened)
     compile_for([case], quiet)
     try:
         question = ask(opened, path, target, between, budget, None if quiet else print_trial)

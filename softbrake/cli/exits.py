@@ -37,6 +37,9 @@ def ending(command: Callable[..., None]) -> Callable[..., None]:
         except KeyboardInterrupt:
             typer.echo("interrupted", err=True)
             code = INTERRUPTED
+        except MemoryError as error:
+            typer.echo(f"not enough memory: {error}", err=True)
+            code = FAILED
         except typer.Exit as end:
             code = end.exit_code
         raise typer.Exit(128 + came[0] if code == INTERRUPTED and came else code)

@@ -38,6 +38,7 @@ def inflate(
     if case.insists:
         typer.echo(cases.SET_ASIDE, err=True)
     results = result_file(case_file, case, output, no_results=no_results, force=force, ending="-inflated.vtkhdf")
+    cases.refuse_too_large([case], results=results is not None)
 
     from softbrake.report.as_json import inflation_json
     from softbrake.report.console.inflation import print_inflation

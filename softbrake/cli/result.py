@@ -65,26 +65,31 @@ def plot(
 def export(
     result: ResultPath,
     xdmf: Annotated[bool, typer.Option("--xdmf", help="As XDMF, for ParaView before 5.12; points into RESULT.")] = False,
+    as_csv: Annotated[bool, typer.Option("--csv", help="The history as CSV: a row a recorded step, with units.")] = False,
     output: Annotated[
-        Path | None, typer.Option("--output", "-o", metavar="FILE", help="Default: RESULT with .xdmf, beside it.")
+        Path | None, typer.Option("--output", "-o", metavar="FILE", help="Default: RESULT with .xdmf or .csv, beside it.")
     ] = None,
 ) -> None:
-    """Write a sidecar by which other programs read a result file."""
+    """Write what is in a result file for other programs."""
+    from softbrake.report.curves_csv import write_curves
     from softbrake.report.xdmf import write_xdmf
     from softbrake.sim.result_file import ResultError
 
-    if not xdmf:
-        fail("export: to what? --xdmf is expected")
-    file = output or _beside(result, ".xdmf")
-    if file.suffix != ".xdmf":
+    if xdmf == as_csv:
+        fail("--xdmf and --csv exclude each other" if xdmf else "export: to what? --xdmf or --csv is expected")
+    ending = ".xdmf" if xdmf else ".csv"
+    file = output or _beside(result, ending)
+    if xdmf and file.suffix != ending:
         fail(f"{file}: the name of the sidecar ends in .xdmf, for ParaView to know it")
+    if file.resolve() == result.resolve():
+        fail(f"{file}: is the result; --output must name another file")
     check_place(file)
     try:
         with writing(file):
-            write_xdmf(result, file)
+            (write_xdmf if xdmf else write_curves)(result, file)
     except ResultError as error:
         fail(error)
-    typer.echo(f"{file} written; it needs {result} at its place")
+    typer.echo(f"{file} written" + (f"; it needs {result} at its place" if xdmf else ""))
 
 
 def report(

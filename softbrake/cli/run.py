@@ -66,6 +66,7 @@ def run(
     check_scale(scale)
     cases.warn_of_long_steps([case])
     cases.warn_of_grid(case)
+    cases.consider([case], opened, results=results is not None)
     if case.insists and not quiet:
         typer.echo("tolerance: fidelity, grid and Courant number are chosen, those of the case set aside", err=True)
     compile_for([case], quiet)

@@ -53,6 +53,7 @@ def stability(
         fail(f"{name_of(case_file)}: a case of fidelity lumped has no grid whose waves could grow; --set model.fidelity=full")
     if case.insists:
         typer.echo(cases.SET_ASIDE, err=True)
+    cases.refuse_too_large(each, results=False)
     compile_for(each, quiet=False)
     points: list[MapPoint] = []
     try:

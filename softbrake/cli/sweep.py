@@ -53,7 +53,8 @@ def sweep(
     quiet: Quiet = False,
 ) -> None:
     """Run a case with many values; the same command again goes on where it was broken off."""
-    designs = cases.designs(cases.read(case_file, overrides), vary, mode=mode, samples=samples, seed=seed)
+    opened = cases.read(case_file, overrides)
+    designs = cases.designs(opened, vary, mode=mode, samples=samples, seed=seed)
     if not designs.axes:
         fail(f"{name_of(case_file)}: no section sweep; one, or --vary fabric.E=10kN/m:30kN/m:200, is expected")
     if scheduler is not None and threads is not None:
@@ -64,9 +65,12 @@ def sweep(
         fail(f"{folder}: is not a folder; --output must name one")
 
     from softbrake.report.console.progress import runs_progress
+    from softbrake.sim.cores import cores
     from softbrake.studies.sweep import NotKept, SchedulerLost, Shard, SweepError, read_journals, run_sweep
 
     cases.warn_of_long_steps(design.case for design in designs.all)
+    at_once = 1 if scheduler else min(threads or cores(), len(designs.all))
+    cases.consider((design.case for design in designs.all), opened, at_once=at_once)
     if scheduler is None:
         compile_for((design.case for design in designs.all), quiet)
     try:

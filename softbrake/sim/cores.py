@@ -1,9 +1,11 @@
-"""How many cores this process may use."""
+"""How many cores, and how much memory, this process may use."""
 
 from __future__ import annotations
 
 import math
 import os
+from collections.abc import Iterator
+from functools import cache
 from pathlib import Path
 
 GROUPS, MOUNTED = Path("/proc/self/cgroup"), Path("/sys/fs/cgroup")  # Linux: of this process, of all
@@ -15,23 +17,44 @@ def cores() -> int:
     return min(allowed, max(math.ceil(min(_quota(), allowed)), 1))
 
 
+@cache
+def memory() -> float:
+    """Bytes of memory that this process may use, inf where the system does not tell; a container's limit counts."""
+    try:
+        there = float(os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES"))
+    except (AttributeError, OSError, ValueError):  # Windows
+        there = math.inf
+    return min([there, *map(_limit_of, _groups("memory"))])
+
+
 def _quota() -> float:
     """Seconds of CPU time a second that the control groups of this process leave it, inf without a limit."""
+    return min(map(_quota_of, _groups("cpu")), default=math.inf)
+
+
+def _groups(controller: str) -> Iterator[Path]:
+    """Folders of the control groups of this process and of those around them, whose limits hold as well."""
     try:
         lines = GROUPS.read_text(encoding="utf-8").splitlines()
     except OSError:
-        return math.inf
-    least = math.inf
+        return
     for line in lines:  # number:controllers:path; version 2 names no controllers
         _, controllers, path = line.split(":", 2)
-        if controllers and "cpu" not in controllers.split(","):
+        if controllers and controller not in controllers.split(","):
             continue
-        top = MOUNTED / "cpu" if controllers else MOUNTED
+        top = MOUNTED / controller if controllers else MOUNTED
         group = top / path.lstrip("/")
-        for folder in (group, *group.parents):
-            if folder.is_relative_to(top):  # a limit of an outer group holds as well
-                least = min(least, _quota_of(folder))
-    return least
+        yield from (folder for folder in (group, *group.parents) if folder.is_relative_to(top))
+
+
+def _limit_of(group: Path) -> float:
+    """Most memory (bytes) of one group, in version 2 or 1; inf where it has no limit or cannot be read."""
+    for name in ("memory.max", "memory.limit_in_bytes"):
+        try:
+            return float((group / name).read_text(encoding="utf-8"))
+        except (OSError, ValueError):  # ValueError: max
+            continue
+    return math.inf
 
 
 def _quota_of(group: Path) -> float:

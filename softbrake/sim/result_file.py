@@ -20,7 +20,7 @@ from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager, suppress
 from dataclasses import asdict, dataclass, replace
 from pathlib import Path
-from typing import Any, NamedTuple, Self
+from typing import TYPE_CHECKING, Any, NamedTuple, Self
 
 import h5py
 import numpy as np
@@ -43,6 +43,9 @@ from softbrake.sim.summary import (
     Trial,
     Work,
 )
+
+if TYPE_CHECKING:
+    from pandas import DataFrame
 
 
 class ResultError(Exception):
@@ -258,16 +261,44 @@ class Snapshots:
 
 @dataclass(frozen=True)
 class Result:
-    """What a result file holds but for its snapshots, which `read_snapshots` reads."""
+    """What a result file holds. `read_result` reads one."""
 
-    case: dict[str, Any]  # as resolved, SI units
-    summary: Summary | None  # None if the run was killed
-    history: NDArray[Any]  # structured, a field for each of `History` in lower case
+    path: Path
+    case: dict[str, Any]  # as resolved, SI units; `load_case` makes a Case of it
+    summary: Summary | None  # None if the run was killed, and of a static inflation
+    inflation: Inflation | None  # the answer of `softbrake inflate`; None of a drop
+    history: NDArray[Any]  # (rows,), structured: a field of SI values for each column, as history["time"]
+
+    @property
+    def units(self) -> dict[str, str]:
+        """SI unit of each column of the history."""
+        return {column.name.lower(): column.unit for column in History}
+
+    def frame(self) -> DataFrame:
+        """The history as a DataFrame of pandas, a column for each of `units`. Raises ImportError without pandas."""
+        try:
+            import pandas
+        except ImportError:
+            raise ImportError("a DataFrame needs pandas: pip install pandas") from None
+        return pandas.DataFrame(self.history)
+
+    def snapshots(self, *fields: str) -> Snapshots:
+        """Read the shell at the recorded instants: places (m), and the fields that are named.
+
+        fields: of `velocity` (m/s), `tension_generatrix`, `tension_hoop` (N/m), `stretch_generatrix` and `stretch_hoop`.
+        Returns an object of times (k,), xyz (k, n1+1, n2, 3), height and velocity (k,) of the cargo, upwards positive, and a
+        dict `fields` of arrays (k, n1+1, n2), of velocity (k, n1+1, n2, 3); n1 and n2 are the cells along and around the shell.
+        Raises ResultError.
+        """
+        return read_snapshots(self.path, *fields)
 
 
 def read_result(path: Path | str) -> Result:
-    """Case, answer and history of a run. Raises ResultError."""
-    return Result(read_case(path), read_summary(path), read_history(path))
+    """Read the result file of a run or an inflation: case, answer and history.
+
+    Returns a Result, whose `snapshots` reads the shapes as well. Raises ResultError where the file cannot be read.
+    """
+    return Result(Path(path), read_case(path), read_summary(path), read_inflation(path), read_history(path))
 
 
 def read_history(path: Path | str) -> NDArray[Any]:
@@ -348,6 +379,8 @@ def read_tension_scale(path: Path | str) -> float:
 
 def read_snapshots(path: Path | str, *fields: str) -> Snapshots:
     """All recorded shapes, and the named POINT_FIELDS. Raises ResultError."""
+    if strange := [name for name in fields if name not in POINT_FIELDS]:
+        raise ResultError(f"{path}: no field '{strange[0]}'; {', '.join(POINT_FIELDS)} are expected")
     grid = read_case(path)["grid"]
     n1, n2 = grid["generatrix"], grid["hoop"]
     with _open(path) as file:

@@ -16,6 +16,7 @@ import numpy as np
 from softbrake import __version__
 from softbrake.case.case import Case
 from softbrake.case.case_file import parse_case
+from softbrake.case.plausible import foreseen
 from softbrake.case.schema import starter
 from softbrake.case.sections.numerics import ONE_COLUMN, Fidelity, damping_ratio
 from softbrake.core.arrays import PAD, ContactCount, Floats, Meridian, Model, Nodes, Outcome, Peak, Source, State, Workspace
@@ -40,6 +41,7 @@ from softbrake.sim.build import (
     whole_nodes,
     with_room,
 )
+from softbrake.sim.cores import memory
 from softbrake.sim.filters import COLUMNS, filtered_peaks, larger
 from softbrake.sim.interrupt import held_interrupt
 from softbrake.sim.relax import TOLERANCE, Relaxation, relax
@@ -173,7 +175,11 @@ class Simulation:
     """A drop under way."""
 
     def __init__(self, case: Case) -> None:
-        """Allocate the arrays; `initial: inflated` also inflates the shell. Raises NotInflated."""
+        """Allocate the arrays; `initial: inflated` also inflates the shell. Raises NotInflated, and MemoryError beforehand."""
+        run, there = foreseen(case, results=False), memory()
+        if run is not None and run.memory > there:
+            cells = f"{case.grid.generatrix} x {case.grid.hoop} cells"
+            raise MemoryError(f"{cells} need about {run.memory / 1e9:.3g} GB, and there are {there / 1e9:.3g} GB")
         self.case = case
         self.model: Model = build_model(case)
         self.state: State = build_state(case, self.model)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import dataclass, field
+from dataclasses import Field, dataclass, field, fields
 from typing import Any, Literal
 
 LARGEST_GAIN = 1e-3  # of the initial energy from nowhere, above which peaks are doubtful and a run counts as failed
@@ -162,39 +162,47 @@ def answer(unit: str, meaning: str = "", **default: Any) -> Any:
 class Summary:
     """Answer of one run, SI units."""
 
-    title: str = answer("")
-    outcome: Literal["impact", "stopped", "time_limit", "diverged", "interrupted"] = answer("")
-    end_time: float = answer("s")
+    title: str = answer("", "of the case")
+    outcome: Literal["impact", "stopped", "time_limit", "diverged", "interrupted"] = answer(
+        "", "how the run ended; of a diverged one the rest is no answer"
+    )
+    end_time: float = answer("s", "when the run ended, from first contact on")
     impact_velocity: float | None = answer("m/s", "downwards positive; None without impact")
-    impact_time: float | None = answer("s")
+    impact_time: float | None = answer("s", "from first contact on; None without impact")
     free_fall_velocity: float = answer("m/s", "after falling the shell's height unbraked")
-    velocity_reduction: float | None = answer("m/s")
+    velocity_reduction: float | None = answer("m/s", "free-fall less impact velocity; None without impact")
     minimum_height: float = answer("m", "lowest place of the upper cover")
     peak_deceleration: float = answer(
         "m/s^2",
         "upwards, net of gravity, behind a one-way first-order low-pass of 1 kHz, which is no channel class; see filtered",
     )
-    peak_tension_generatrix: float | None = answer("N/m", "None of a lumped run, which has no shell")
-    peak_tension_hoop: float | None = answer("N/m", "likewise")
-    peak_tension_belt: float | None = answer("N/m", "likewise, and None without belts")
-    peaks: dict[str, PeakValue] = answer("", "keys as the four fields above, where they are not None")
-    work: Work = answer("")
+    peak_tension_generatrix: float | None = answer(
+        "N/m", "largest tension along the generatrix; None of a lumped run, which has no shell"
+    )
+    peak_tension_hoop: float | None = answer("N/m", "largest around the hoop; likewise")
+    peak_tension_belt: float | None = answer("N/m", "largest of the belts; likewise, and None without belts")
+    peaks: dict[str, PeakValue] = answer(
+        "", "time, place and phase of each; keys as the four fields above, where they are not None"
+    )
+    work: Work = answer("", "done on cargo and shell, J")
     largest_penetration: float = answer("", "of folds into one another, over an unloaded cell")
     missed_collisions: int = answer(
         "", "how often a pair of folds was not kept from passing, in each step; not in the last 1e-5 m"
     )
     energy_error: float = answer("", "residual of the work ledger over initial kinetic plus potential energy")
-    energy_made: dict[str, float] = answer("", "over the same: the most that each gave beyond what it had, at any time")
-    steps: int = answer("")
+    energy_made: dict[str, float] = answer("", "over that energy: the most that each gave beyond what it had, at any time")
+    steps: int = answer("", "of time")
     time_step: float = answer("s", "mean")
-    kernel_seconds: float = answer("s", "of CPU")
-    wall_seconds: float = answer("s")
-    model: ModelUsed = answer("")
-    results: str | None = answer("", "path of the result file")
+    kernel_seconds: float = answer("s", "CPU time of the steps")
+    wall_seconds: float = answer("s", "time on the clock, of all runs behind the answer")
+    model: ModelUsed = answer("", "what was computed")
+    results: str | None = answer("", "path of the result file; None without one")
     impact_velocity_error: float | None = answer(
         "m/s", "estimated numerical error; None where it was not asked for or has no bound", default=None
     )
-    peak_errors: dict[str, float | None] | None = answer("", "of the peaks, as far as estimated", default=None)
+    peak_errors: dict[str, float | None] | None = answer(
+        "", "of the peaks, in their units, as far as estimated; None of one without a bound", default=None
+    )
     fidelity_reason: str | None = answer("", "what the error rests on, and why this level was chosen", default=None)
     trials: list[Trial] = answer("", "what was tried for a tolerance", default_factory=list)
     fabric_margin: float | None = answer(
@@ -203,8 +211,18 @@ class Summary:
         default=None,
     )
     belt_margin: float | None = answer("", "likewise, of the weakest belt under the largest tension of any", default=None)
-    sensitivity: Sensitivities | None = answer("", "where it was asked for", default=None)
-    filtered: FilteredPeaks | None = answer("", "None where no result file was written, and in older ones", default=None)
-    doubt: str | None = answer("", "see doubt_of", default=None)
-    ensemble: Ensemble | None = answer("", "where velocity and peaks are means", default=None)
+    sensitivity: Sensitivities | None = answer("", "what each input does to the answer; None where not asked for", default=None)
+    filtered: FilteredPeaks | None = answer(
+        "", "peaks behind a class of SAE J211; None where no result file was written, and in older ones", default=None
+    )
+    doubt: str | None = answer("", "why peaks and velocity are not to be trusted; None where they are", default=None)
+    ensemble: Ensemble | None = answer("", "the drops behind velocity and peaks where those are means; else None", default=None)
     results_fault: str | None = answer("", "why the result file lacks what came last; None where it is whole", default=None)
+
+
+def _described(part: Field[Any]) -> str:
+    unit, meaning = part.metadata["unit"], part.metadata["meaning"]
+    return f"    {part.name}{f' [{unit}]' if unit else ''}: {meaning}"
+
+
+Summary.__doc__ = "\n".join([f"{Summary.__doc__}\n", *map(_described, fields(Summary))])  # for help()

@@ -12,12 +12,15 @@ from __future__ import annotations
 import math
 import time
 import warnings
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from os import PathLike
 from pathlib import Path
 from statistics import fmean
+from typing import Any
 
 from softbrake.case.case import Case
+from softbrake.case.case_file import load_case
 from softbrake.case.level import LongStep, level, long_steps
 from softbrake.case.sections.numerics import Fidelity
 from softbrake.core.arrays import Outcome
@@ -86,7 +89,7 @@ def refine(case: Case, tolerance: float, budget: float = BUDGET, report: Callabl
 
 
 def run(
-    case: Case,
+    case: Case | str | PathLike[str] | Mapping[str, Any],
     results: str | Path | None = None,
     progress: Callable[[Progress], None] | None = None,
     *,
@@ -96,12 +99,29 @@ def run(
 ) -> Summary:
     """Run a drop to impact, full stop or `time.end` and return its answer.
 
-    A case with a tolerance, or with `model.fidelity: auto`, is refined first; `trials` and `impact_velocity_error` of the answer
-    then say how far it got, and the result file holds one run of the level chosen: of an ensemble the member nearest the answer.
-    Else `with_error_bar` asks for three coarser neighbours. Ctrl-C in a refinement, or while its result file is written, gives
-    outcome "interrupted" and what was found. Warns (LongStep) of a `time.courant` above 1. Other arguments and errors as of
-    `refine` and `simulate`; ValueError where a grid is too coarse for neighbours.
+    A case with a tolerance, or with `model.fidelity: auto`, is tried at several levels and grids first. `trials` and
+    `impact_velocity_error` of the answer then say how far that got, and the result file holds one run of the level chosen: of an
+    ensemble the member nearest the answer.
+
+    case: a Case, or what `load_case` makes one of: the path of a case file, or a mapping.
+    results: path of the result file to write, which ends in .vtkhdf; an older one is replaced. None for none.
+    progress: called after each chunk of steps of the run, some 15 ms, with an object of fields time (s), height (m), velocity
+    (m/s, downwards positive), steps and end_time (s).
+    budget: most CPU time (s) for the trials; none is begun that would take more, but for the first of each level.
+    report: called after each trial, with an element of `trials`.
+    with_error_bar: run three coarser grids as well, for `impact_velocity_error` and `peak_errors`; where the case has no
+    tolerance.
+
+    Ctrl-C ends the run early: the outcome is "interrupted", and the result file is whole up to there. Before anything is
+    computed it raises KeyboardInterrupt. A disk that gets full ends no run: `results_fault` of the answer tells of it.
+    Warns (LongStep) of a `time.courant` above 1.
+
+    Raises CaseError where the case has faults; Diverged where the computation fails, with the result file readable up to there;
+    NotInflated where `initial: inflated` finds no shape of rest; ResultError where the result file cannot be begun; ValueError
+    where a grid is too coarse for an error bar; MemoryError where the grid is too large for the machine.
     """
+    if not isinstance(case, Case):
+        case = load_case(case)
     if case.tolerance is not None:
         try:
             found = refine(case, case.tolerance, budget, report)

@@ -8,13 +8,13 @@ from typing import Any
 
 from softbrake.case.checker import Checker, Values, last_given
 from softbrake.case.keys import Key, mapping_schema
-from softbrake.case.section import Draft, Section
+from softbrake.case.section import Draft, Part, Section
 from softbrake.case.units import Dimension
 from softbrake.case.yaml_nodes import Node, join
 
 
 @dataclass(frozen=True)
-class Belt:
+class Belt(Part):
     """Ring belt sewn on the fabric, Eq. (2.3); acts besides the fabric below it."""
 
     height: float  # m, of the belt's middle above the lower cover, unloaded

@@ -6,12 +6,12 @@ from dataclasses import dataclass
 
 from softbrake.case.checker import Values, last_given
 from softbrake.case.keys import Key
-from softbrake.case.section import Draft, Section
+from softbrake.case.section import Draft, Part, Section
 from softbrake.case.units import Dimension
 
 
 @dataclass(frozen=True)
-class Cargo:
+class Cargo(Part):
     """Rigid body on the upper cover, Eq. (2.4)."""
 
     mass: float  # kg

@@ -8,7 +8,7 @@ from typing import Literal
 
 from softbrake.case.checker import Values, last_given
 from softbrake.case.keys import Key
-from softbrake.case.section import Draft, Section
+from softbrake.case.section import Draft, Part, Section
 from softbrake.case.units import Dimension
 from softbrake.case.yaml_nodes import Node
 
@@ -17,7 +17,7 @@ RECIPROCITY = 1e-3  # relative, to which both Poisson's ratios may be rounded
 
 
 @dataclass(frozen=True)
-class Fabric:
+class Fabric(Part):
     """Cloth of the shell, Eq. (2.9)."""
 
     E11: float  # N/m, along the generatrix

@@ -8,7 +8,7 @@ from typing import Literal, get_args
 
 from softbrake.case.checker import Values, last_given
 from softbrake.case.keys import Key
-from softbrake.case.section import Draft, Section
+from softbrake.case.section import Draft, Part, Section
 from softbrake.case.sections.belts import narrowest_gap
 from softbrake.case.sections.fabric import Fabric
 from softbrake.case.sections.shell import Shell
@@ -25,7 +25,7 @@ AUTO_COURANT = ((0.03, 0.95), (0.01, 0.75), (0.003, 0.6), (0.0, 0.35))
 
 
 @dataclass(frozen=True)
-class Grid:
+class Grid(Part):
     """Cells of the full shell."""
 
     generatrix: int
@@ -33,7 +33,7 @@ class Grid:
 
 
 @dataclass(frozen=True)
-class Time:
+class Time(Part):
     """Step and end of the run."""
 
     courant: float  # part of the longest stable step; above 1 nothing says that the run is stable
@@ -41,7 +41,7 @@ class Time:
 
 
 @dataclass(frozen=True)
-class ModelChoice:
+class ModelChoice(Part):
     """Numerical model."""
 
     scheme: Literal["edge", "cell"]  # cell is (3.2) as printed

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from softbrake.case.keys import Key
-from softbrake.case.section import Draft, Section
+from softbrake.case.section import Draft, Part, Section
 from softbrake.case.units import Dimension
 
 CFC = (60, 180, 600, 1000)  # channel frequency classes of SAE J211
@@ -14,7 +14,7 @@ PICTURES = 150  # of the whole shell in a run, by default
 
 
 @dataclass(frozen=True)
-class Output:
+class Output(Part):
     """What the result file keeps."""
 
     snapshot_interval: float  # s between pictures of the whole shell

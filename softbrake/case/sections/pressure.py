@@ -8,13 +8,13 @@ from typing import Any, Literal
 from softbrake.case.checker import Values, last_given, listed
 from softbrake.case.full_stop import full_stop
 from softbrake.case.keys import Key, mapping_schema
-from softbrake.case.section import Draft, Section
+from softbrake.case.section import Draft, Part, Section
 from softbrake.case.units import Dimension
 from softbrake.case.yaml_nodes import Node, join
 
 
 @dataclass(frozen=True)
-class Pressure:
+class Pressure(Part):
     """Excess pressure law: constant, Eq. (2.10) or a table; damped by Eq. (2.11)."""
 
     law: Literal["constant", "sine", "table"]
@@ -35,12 +35,15 @@ class Pressure:
         """Of the law, Pa."""
         return max(self.value, *self.values, 0.0)
 
+    def key(self, field: str) -> Key | None:
+        """Only those of its law."""
+        return next((key for key in (LAW, *LAWS.get(self.law, ())) if key.name == field), None)
+
     def steady(self, value: float) -> Pressure:
         """Return a constant pressure (Pa) in place of the law."""
         return replace(self, law="constant", value=value, peak_time=0.0, end_time=0.0, times=(), values=())
 
 
-_NONE = Pressure("constant", 0.0, 0.0, 0.0, (), (), 0.0)
 _DAMPING = Key("damping", Dimension.INVERSE_SPEED, "nu^n of (2.11): moving cloth feels less", "0 s/m", default=0.0, least=0)
 LAWS = {
     "constant": (Key("value", Dimension.PRESSURE, "excess pressure (constant)", "15696 Pa", required=True, least=0), _DAMPING),
@@ -57,6 +60,7 @@ LAWS = {
     ),
 }
 LAW = Key("law", tuple(LAWS), "over time; sine is (2.10)", "constant", required=True)
+_NONE = Pressure("constant", 0.0, 0.0, 0.0, (), (), 0.0)
 
 
 class _PressureSection(Section):

@@ -5,12 +5,12 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from softbrake.case.keys import Key
-from softbrake.case.section import Section
+from softbrake.case.section import Part, Section
 from softbrake.case.units import Dimension
 
 
 @dataclass(frozen=True)
-class Shell:
+class Shell(Part):
     """Cut cylinder between the covers."""
 
     diameter: float  # m, of the unloaded shell and of the covers
