@@ -311,6 +311,15 @@ def pressure_at(law: GasPressure, time: float) -> float:
     return law.value * sin(pi / 2.0 * time / law.peak_time)
 
 
+def pressure_of_step(law: GasPressure, time: float, start: float, end: float) -> float:
+    """p~ in Pa that acts at a time: of a table its mean from start to end, by trapezia between its knots."""
+    if law.law != PressureLaw.TABLE:
+        return pressure_at(law, time)
+    knots = np.array([start, *(t for t in law.times if start < t < end), end])
+    values = [pressure_at(law, t) for t in knots]
+    return float(np.trapezoid(values, knots)) / (end - start)
+
+
 def damped_pressure(law: GasPressure, uniform: float, v: Floats, area: Floats) -> Floats:
     """p of (2.11) at the nodes, Pa: V^n is the velocity along the outward normal."""
     relative = 1.0 - law.damping * dot(v, area) / length(area)
@@ -377,10 +386,10 @@ def sheared_tensions(fabric: Membrane, x: Floats) -> tuple[Floats, Floats]:
     return np.where(some, one, 0.0), np.where(some, two, 0.0)
 
 
-def forces_of(model: Model, x: Floats, v: Floats, time: float) -> Forces:
-    """Forces on the nodes, N, without those of the covers."""
+def forces_of(model: Model, x: Floats, v: Floats, uniform: float) -> Forces:
+    """Forces on the nodes, N, without those of the covers; uniform: p~, Pa."""
     area = area_vectors(x)
-    pressure = damped_pressure(model.pressure, pressure_at(model.pressure, time), v, area)
+    pressure = damped_pressure(model.pressure, uniform, v, area)
     whole, elastic = (edge_forces if model.scheme == Scheme.EDGE else cell_forces)(model.fabric, x, v)
     belt_whole, belt_elastic = belt_forces(model, x, v)
     weight = np.zeros_like(x)
@@ -404,8 +413,8 @@ def lying_area(model: Model, x: Floats, forces: Forces) -> float:
 
 def step(model: Model, x: Floats, v: Floats, time: float, dt: float, step: float) -> Step:
     """x: places at n, v: velocities at n-1/2; dt: from n-1/2 to n+1/2; step: from n to n+1."""
-    forces = forces_of(model, x, v, time)
-    uniform = pressure_at(model.pressure, time)
+    uniform = pressure_of_step(model.pressure, time, time - (dt - 0.5 * step), time + 0.5 * step)
+    forces = forces_of(model, x, v, uniform)
     on_cover = uniform * model.cover_area
     total = sum(forces.values())
 

@@ -14,7 +14,7 @@ from softbrake.case.sections.belts import Belt
 from softbrake.core.arrays import PAD, Outcome
 from softbrake.core.columns import History
 from softbrake.sim.build import build_model, grid_view, meridian_view
-from softbrake.sim.simulation import Simulation
+from softbrake.sim.simulation import Simulation, simulate
 
 CONFIGS = Path(__file__).resolve().parents[1] / "configs"
 STIFFNESS = 20e3 / (1 - 0.25**2)  # N/m, E' of the paper's fabric
@@ -268,8 +268,34 @@ def test_table_pressure_in_time() -> None:
     case = replace(case, pressure=replace(case.pressure, law="table", value=0.0, times=times, values=values))
     rows, _ = finish(Simulation(case))
     time, pressure = rows[:-1, History.TIME], rows[:-1, History.PRESSURE]
-    assert pressure == pytest.approx(np.interp(time, times, values), rel=1e-12)
+    knots = np.array((0.0, *times, 1.0))
+    level = np.array((values[0], *values, values[-1]))
+    impulse = np.append(0.0, np.cumsum(0.5 * np.diff(knots) * (level[1:] + level[:-1])))
+
+    def up_to(t: Floats) -> Floats:
+        k = np.searchsorted(knots, t, "right") - 1
+        return impulse[k] + 0.5 * (t - knots[k]) * (level[k] + np.interp(t, knots, level))
+
+    step = rows[:-1, History.TIME_STEP]
+    ends = time + 0.5 * step
+    starts = np.append(0.0, ends[:-1])
+    assert pressure == pytest.approx((up_to(ends) - up_to(starts)) / (ends - starts), rel=1e-9)
     assert time[-1] > 8e-3
+
+
+@pytest.mark.parametrize("courant", [0.9, 0.5, 0.23])
+def test_pulse_shorter_than_a_step_gives_its_impulse(courant: float) -> None:
+    """A triangle of pressure acts on a piston as its impulse at its middle; steps are 0.5 to 2 times as long as half of it."""
+    late, half, peak = 5.013e-3, 25e-6, 16e6
+    case = load_case(CONFIGS / "no-belts.yaml", ["model.fidelity=lumped", f"time.courant={courant}"])
+    times, values = (late - half, late, late + half), (0.0, peak, 0.0)
+    case = replace(case, pressure=replace(case.pressure, law="table", value=0.0, times=times, values=values))
+    g, v, h = case.gravity, case.cargo.velocity, case.shell.height
+    after = v + g * late - peak * half * 0.25 * pi * case.shell.diameter**2 / case.cargo.mass
+    height = h - v * late - 0.5 * g * late**2
+    summary = simulate(case)
+    assert abs(after - v) > 0.5
+    assert summary.impact_velocity == pytest.approx(sqrt(after**2 + 2.0 * g * height), rel=2e-5)
 
 
 def test_full_stop_pressure_takes_all_energy() -> None:

@@ -60,7 +60,9 @@ def slopes_of_columns(falling: Simulation, columns: int) -> Floats:
     rest, shape = np.zeros_like(x), x[1:-1].shape
 
     def acceleration(x: Floats, v: Floats) -> Floats:
-        return (sum(naive.forces_of(model, x, v, 0.0).values()) / model.mass[:, None, None])[1:-1]
+        return (sum(naive.forces_of(model, x, v, naive.pressure_at(model.pressure, 0.0)).values()) / model.mass[:, None, None])[
+            1:-1
+        ]
 
     slopes = np.empty((2, *shape, shape[0], columns, 3))
     for at in np.ndindex(slopes.shape[4:]):

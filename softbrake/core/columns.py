@@ -21,7 +21,7 @@ class History(IntEnum):
     HEIGHT = "m", "of the upper cover above the ground"
     VELOCITY = "m/s", "of the cargo"
     ACCELERATION = "m/s^2", "of the cargo"
-    PRESSURE = "Pa", "p~(t)"
+    PRESSURE = "Pa", "p~(t); of a table the mean from the half-step before to that after the row's time"
     COVER_FORCE = "N", "on the cargo from gas and fabric, up positive, without weight"
     GROUND_FORCE = "N", "on the ground from gas, lower cover and fabric, down positive"
     TENSION_GENERATRIX = "N/m", "largest T11 of the step"

@@ -35,9 +35,30 @@ def pressure_at(pressure, time):
 
 
 @kernel
-def update_pressure(model, state):
-    """Update p~ (Pa) of all the shell at the time of state.now: the one place that knows what the pressure depends on."""
-    state.now[History.PRESSURE] = pressure_at(model.pressure, state.now[History.TIME])  # (2.10)
+def mean_of_table(pressure, start, end):
+    """Return the mean of a table over a time (s), exact: no pulse is lost or doubled, however short beside a step."""
+    times, values = pressure.times, pressure.values
+    last = times.size - 1
+    total = values[0] * max(min(end, times[0]) - start, 0.0) + values[last] * max(end - max(start, times[last]), 0.0)
+    for k in range(1, times.size):
+        lower, upper = max(start, times[k - 1]), min(end, times[k])
+        if upper > lower:
+            slope = (values[k] - values[k - 1]) / (times[k] - times[k - 1])
+            total += (upper - lower) * (values[k - 1] + slope * (0.5 * (lower + upper) - times[k - 1]))
+    return total / (end - start)
+
+
+@kernel
+def update_pressure(model, state, before, after):
+    """Update p~ (Pa) of all the shell: the one place that knows what the pressure depends on. Eq. (2.10).
+
+    At the time of state.now; of a table the mean over the step, from so long (s) before that time to so long after it.
+    """
+    time = state.now[History.TIME]
+    if model.pressure.law == PressureLaw.TABLE and before + after > 0.0:
+        state.now[History.PRESSURE] = mean_of_table(model.pressure, time - before, time + after)
+    else:
+        state.now[History.PRESSURE] = pressure_at(model.pressure, time)
 
 
 @kernel

@@ -130,7 +130,7 @@ def compile_kernels(wanted: Iterable[tuple[str, bool]] = ALL_KERNELS, report: Ca
         one.advance(most=0)
         one.fields()
         one.disturb(0.0, 0)
-        update_pressure(one.model, one.state)
+        update_pressure(one.model, one.state, 0.0, 0.0)
 
 
 def prepare(case: Case, disturbed: tuple[float, int] | None = None) -> Simulation:
@@ -366,7 +366,7 @@ class Simulation:
     def _snapshot(self, file: ResultFile) -> None:
         model, nodes = self.whole_shell()
         fields = self._fields_of(model, nodes)
-        update_pressure(self.model, self.state)
+        update_pressure(self.model, self.state, 0.0, 0.0)
         fields["velocity"] = np.stack([grid_view(part, model) for part in (nodes.u, nodes.v, nodes.w)], axis=-1)
         xyz = np.stack([grid_view(part, model) for part in (nodes.x, nodes.y, nodes.z)], axis=-1)
         file.add_snapshot(

@@ -41,7 +41,7 @@ def begin_step(model, state):
     """
     length = min(model.courant * state.stable_step[0], model.end - state.now[History.TIME])
     state.now[History.TIME_STEP] = length
-    update_pressure(model, state)  # (2.10)
+    update_pressure(model, state, 0.5 * state.last_step[0], 0.5 * length)  # (2.10)
     return length, 0.5 * (state.last_step[0] + length)
 
 
@@ -73,7 +73,7 @@ def end_step(model, state, length, height):
     state.last_step[0] = length
     if outcome != Outcome.RUNNING:
         rewind(state.nodes, length - within)
-        update_pressure(model, state)
+        update_pressure(model, state, 0.0, 0.0)
         now[History.TIME_STEP] = 0.0
     return outcome
 
