@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Annotated
 
@@ -57,8 +59,7 @@ def run(
 
     from softbrake.report.console.progress import progress, runs_progress
     from softbrake.report.console.trials import print_trial
-    from softbrake.sim.result_file import ResultError, tension_scale
-    from softbrake.sim.simulation import Diverged, NotInflated
+    from softbrake.sim.result_file import tension_scale
     from softbrake.studies.error_control import run as answer
     from softbrake.studies.sensitivity import with_sensitivities
 
@@ -71,27 +72,35 @@ def run(
         typer.echo("tolerance: fidelity, grid and Courant number are chosen, those of the case set aside", err=True)
     compile_for([case], quiet)
     told = None if quiet else print_trial
-    try:
+    with _failures(json, scale):
         with progress(case.shell.height, quiet=quiet) as callback:
             summary = answer(case, results, callback, budget=budget, report=told, with_error_bar=with_error_bar)
         if with_sensitivity and summary.outcome != "interrupted":
             with runs_progress(quiet=quiet) as count:
                 summary = with_sensitivities(opened, summary, results, count)
-    except Diverged as error:
-        if json:
-            show(error.summary, json, scale)
-        fail("\n".join(filter(None, (str(error), error.summary.results_fault))), FAILED)
-    except NotInflated as error:
-        fail(error, FAILED)
-    except ResultError as error:  # disk full, folder gone
-        fail(error, FAILED)
-    except ValueError as error:
-        fail(error)
-    except KeyboardInterrupt:  # before the first step, or after the last, when the result file is whole
-        fail("interrupted", INTERRUPTED)
     show(summary, json, scale)
     if summary.outcome == "interrupted":
         if summary.results_fault is not None:
             typer.echo(summary.results_fault, err=True)
         raise typer.Exit(INTERRUPTED)
     check_sound(case, summary)
+
+
+@contextmanager
+def _failures(json: bool, scale: float | None) -> Iterator[None]:
+    """Exit with the cause where a run fails; of one that diverged, what was computed is shown with --json."""
+    from softbrake.sim.result_file import ResultError
+    from softbrake.sim.simulation import Diverged, NotInflated
+
+    try:
+        yield
+    except Diverged as error:
+        if json:
+            show(error.summary, json, scale)
+        fail("\n".join(filter(None, (str(error), error.summary.results_fault))), FAILED)
+    except (NotInflated, ResultError) as error:  # also: disk full, folder gone
+        fail(error, FAILED)
+    except ValueError as error:
+        fail(error)
+    except KeyboardInterrupt:  # before the first step, or after the last, when the result file is whole
+        fail("interrupted", INTERRUPTED)
