@@ -22,6 +22,7 @@ from softbrake.case.case import SECTIONS, case_to_dict
 from softbrake.case.section import Part
 from softbrake.cli.app import app
 from softbrake.core.columns import History
+from softbrake.sim.inflate import inflate
 from softbrake.sim.result_file import ResultError
 
 PAPER = ROOT / "configs" / "paper.yaml"
@@ -83,6 +84,7 @@ def test_faults_of_a_mapping_name_the_key() -> None:
         (lambda case: replace(case.fabric, slack="cutt"), "fabric.slack: 'cutt' is not allowed"),
         (lambda case: replace(case, gravity=-1.0), "gravity: -1.0 is not allowed"),
         (lambda case: replace(case, contact=("grund",)), "contact: 'grund' is no part"),
+        (lambda case: replace(case, cargo=None), "cargo: None is no section of a case"),
     ],
 )
 def test_a_part_of_a_case_keeps_within_the_bounds_of_its_keys(change: Callable[[Any], object], message: str) -> None:
@@ -172,6 +174,13 @@ def test_curves_as_csv_are_exact_and_have_units(tmp_path: Path) -> None:
     history = softbrake.read_result(tmp_path / "drop.vtkhdf").history
     assert header[0] == "time [s]" and "height [m]" in header and len(header) == len(History)
     assert [tuple(map(float, row)) for row in rows] == history.tolist()
+
+
+def test_an_inflated_shell_has_no_curves(tmp_path: Path) -> None:
+    inflate(softbrake.load_case(str(PAPER), ["grid={generatrix: 6, hoop: 8}", "belts=[]"]), tmp_path / "rest.vtkhdf")
+    answer = CliRunner().invoke(app, ["export", str(tmp_path / "rest.vtkhdf"), "--csv"])
+    assert answer.exit_code == 2 and "an inflated shell has no history" in answer.output
+    assert not (tmp_path / "rest.csv").exists()
 
 
 def test_mistakes_of_export(tmp_path: Path) -> None:

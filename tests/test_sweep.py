@@ -551,7 +551,7 @@ def test_a_long_sweep_prints_some_of_its_runs(capsys: pytest.CaptureFixture[str]
     table = rows(plan, {})
     print_table(plan, table)
     told = capsys.readouterr().out
-    assert "24 of 1000 runs; all are in results.csv" in told
+    assert "24 of 1000 runs are shown; results.csv is for all" in told
     assert "1000 of 1000 runs have no answer" in told
     assert told.count("\n") < 70
     assert math.isclose(float(told.splitlines()[3].split()[0]), 0.0)

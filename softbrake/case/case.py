@@ -46,6 +46,10 @@ class Case(Part):
     def __post_init__(self) -> None:
         """Raise ValueError where a field cannot be."""
         super().__post_init__()
+        for section in SECTIONS:
+            value = getattr(self, section.name, None)
+            if not isinstance(value, (Part, tuple)):
+                raise ValueError(f"{section.name}: {value!r} is no section of a case")
         if strange := [part for part in self.contact if part not in PARTS]:
             raise ValueError(f"contact: {strange[0]!r} is no part; {', '.join(PARTS)} are expected")
 

@@ -73,7 +73,7 @@ def export(
     """Write what is in a result file for other programs."""
     from softbrake.report.curves_csv import write_curves
     from softbrake.report.xdmf import write_xdmf
-    from softbrake.sim.result_file import ResultError
+    from softbrake.sim.result_file import ResultError, read_inflation
 
     if xdmf == as_csv:
         fail("--xdmf and --csv exclude each other" if xdmf else "export: to what? --xdmf or --csv is expected")
@@ -85,6 +85,8 @@ def export(
         fail(f"{file}: is the result; --output must name another file")
     check_place(file)
     try:
+        if as_csv and read_inflation(result) is not None:
+            fail(f"{result}: an inflated shell has no history; softbrake info and report show it")
         with writing(file):
             (write_xdmf if xdmf else write_curves)(result, file)
     except ResultError as error:

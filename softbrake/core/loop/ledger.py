@@ -56,6 +56,7 @@ def record_energies(now, work, by_column, whole, columns):
     now[History.WORK_CONTACT] = whole * total(work.contact, columns)
 
 
+# Kernels of a row have long parameter lists; softbrake/core/__init__.py says why.
 @kernel
 def add_edge_work(generatrix, hoop, mean, elastic, viscous, below, row, edge, dt, columns):
     """Add the work of the generatrix edges below a row, and of the row's hoop edges, on the nodes at their starts and ends.

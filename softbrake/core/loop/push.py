@@ -5,6 +5,7 @@ from softbrake.core.jit import kernel
 from softbrake.core.lanes import FIRST, ONE, close_nodes, close_vectors, lanes
 
 
+# Kernels of a row have long parameter lists; softbrake/core/__init__.py says why.
 @kernel
 def push_row(nodes, force, area, pressure, mean, work, by_column, obstacles, step, mass, node, row, columns):
     """Push a row of free nodes from n to n+1, the ground stopping them. Eqs. (3.2), (3.4).

@@ -5,6 +5,7 @@ from softbrake.core.lanes import FIRST, ONE, lanes
 from softbrake.core.membrane.tension import hooke, unilateral
 
 
+# Kernels of a row have long parameter lists; softbrake/core/__init__.py says why.
 @kernel
 def update_belt_tension(belts, row, hoop, generatrix, belt, tension, edge, below, above, columns):
     """Update N22 of the belt on a row of hoop edges, from column -1 on. Eq. (2.3): slack in compression, as printed there.

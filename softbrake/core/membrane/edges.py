@@ -24,6 +24,7 @@ def update_edge_forces(generatrix, hoop, force, above, below, row, columns):
         force.z[FIRST + j] = up * gz[a] - down * gz[b] + right * hz[c] - left * hz[c - ONE]
 
 
+# Kernels of a row have long parameter lists; softbrake/core/__init__.py says why.
 @kernel
 def add_cell_forces(generatrix, hoop, cells, force, force_above, edge, lower, upper, cell, columns):
     """Add the corner forces of one row of cells to the rows below and above. Sums over ± of (3.2).

@@ -56,6 +56,7 @@ def diagonal_wrinkle(fabric, E1, E2, sine):
     return max(min(min(one, two), min(taut, 0.5 * sine)), 0.0)
 
 
+# Kernels of a row have long parameter lists; softbrake/core/__init__.py says why.
 @kernel
 def add_diagonal_tension(fabric, generatrix, hoop, cells, tension_1, tension_2, edge, lower, upper, cell, columns, onto):
     """Add the tensions that shear brings where it straightens the wrinkles of a row of cells, those of update_shear.

@@ -49,6 +49,7 @@ def mean_of_corners(alone, own, one, two, viscous):
     return 0.5 * whole, 0.5 * elastic
 
 
+# Kernels of a row have long parameter lists; softbrake/core/__init__.py says why.
 @kernel
 def update_field_tension(fabric, edges, others, tension, place, edge, lower, upper, count, modulus, stiffness, width):
     """Update the tension along a row of edges by the tension field, for (2.9), at the four corners of each.

@@ -32,7 +32,7 @@ def print_table(plan: Plan, table: Sequence[Row], console: Console | None = None
     order = [first, impact, outcome, *rest, *others]
     print_columns(console, [*axes, *ANSWERS], lines, order=order)
     if len(shown) < len(table):
-        console.print(f"{len(shown)} of {len(table)} runs; all are in {RESULTS}")
+        console.print(f"{len(shown)} of {len(table)} runs are shown; {RESULTS} is for all")
     faults = failures(table)
     if faults:
         console.print(f"\n{len(faults)} of {len(table)} runs have no answer:")
