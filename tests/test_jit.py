@@ -1,6 +1,7 @@
 """How kernels are compiled, inlined by Numba's inside or plainly with the same digits, and how they are kept."""
 
 import errno
+import gc
 import os
 import random
 import subprocess
@@ -11,6 +12,7 @@ from pathlib import Path
 
 import pytest
 from numba.core.caching import IndexDataCacheFile, _CacheLocator
+from numba.core.compiler import Flags
 from numba.core.registry import CPUDispatcher
 
 from softbrake.core import inlining, jit
@@ -38,6 +40,30 @@ def test_driver_without_one_of_its_kernels_is_refused(monkeypatch: pytest.Monkey
     monkeypatch.setattr(inlining.Part, "add_linking_library", lambda self, library: None)
     with pytest.raises(inlining.Unlinked, match=r"was linked without .*innermost"):
         outer(1.0)
+
+
+def test_kernel_is_compiled_once_for_constants_and_variables() -> None:
+    """Numba would compile it for each kind: findings/numba-constants-compile-twice.sh."""
+
+    @kernel
+    def inner(x, some):  # type: ignore[no-untyped-def]
+        return x + 1 if some else x
+
+    @kernel
+    def outer(n):  # type: ignore[no-untyped-def]
+        return inner(0, True) + inner(n, n > 0) + inner(2, False)
+
+    before = gc.get_threshold()
+    assert outer(3) == 1 + 4 + 2
+    assert len(inner.overloads) == 1
+    assert gc.get_threshold() == before
+
+
+def test_options_compare_as_numba_s() -> None:
+    kinds = [inlining.Options(Flags()) for _ in range(3)]
+    kinds[1].nrt = True
+    assert kinds[0] == kinds[2] == Flags() and hash(kinds[0]) == hash(Flags())
+    assert kinds[0] != kinds[1] and kinds[1] != Flags()
 
 
 def run(code: str, environment: dict[str, str], **more: str) -> str:
