@@ -154,7 +154,8 @@ def test_a_sweep_struck_anywhere_goes_on_to_the_same_results(number: int, paper:
             for id in ids:
                 np.testing.assert_array_equal(histories[id], others[id])
         assert answers(folder) == expected
-        assert sorted(path.name for path in folder.iterdir()) == sorted(path.name for path in whole.iterdir())
+        kept = sorted(path.name for path in folder.iterdir() if not path.name.startswith("."))  # but for drafts of the killed
+        assert kept == sorted(path.name for path in whole.iterdir())
     assert len(set(known)) > 3
 
 
