@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, fields
 from typing import Any, Literal
 
+from softbrake.case.full_stop import FullStop, full_stop
 from softbrake.case.keys import Key
 from softbrake.case.section import Draft, Part, Section
 from softbrake.case.sections.belts import BELTS, Belt
@@ -52,6 +54,16 @@ class Case(Part):
                 raise ValueError(f"{section.name}: {value!r} is no section of a case")
         if strange := [part for part in self.contact if part not in PARTS]:
             raise ValueError(f"contact: {strange[0]!r} is no part; {', '.join(PARTS)} are expected")
+
+    @property
+    def free_fall_velocity(self) -> float:
+        """Of the cargo after falling the shell's height unbraked, m/s."""
+        return math.sqrt(self.cargo.velocity**2 + 2.0 * self.gravity * self.shell.height)
+
+    @property
+    def full_stop(self) -> FullStop:
+        """Section 2.2: what stops the cargo over the shell's height."""
+        return full_stop(self.cargo.mass, self.cargo.velocity, self.gravity, self.shell.height, self.shell.diameter)
 
     @property
     def without_contact(self) -> list[str]:

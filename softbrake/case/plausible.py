@@ -7,8 +7,8 @@ from collections.abc import Callable, Iterable, Iterator
 from typing import NamedTuple
 
 from softbrake.case.case import Case, key_at
-from softbrake.case.full_stop import FullStop, full_stop
-from softbrake.case.sections.numerics import ONE_COLUMN
+from softbrake.case.sections.fabric import breathing_viscosity
+from softbrake.case.sections.numerics import LUMPED_STEPS, ONE_COLUMN
 from softbrake.case.units import STANDARD_GRAVITY, Dimension, unit_size
 
 DECELERATION = "deceleration at full pressure"  # net of gravity
@@ -67,7 +67,7 @@ def figures(case: Case) -> dict[str, float]:
     around = math.pi * shell.diameter
     mass = around * (shell.height * fabric.areal_density + sum(belt.line_density for belt in case.belts))
     force = pressure * math.pi * shell.diameter**2 / 4
-    critical = shell.diameter * math.sqrt(fabric.areal_density * fabric.E22 / _contraction(case))
+    critical = breathing_viscosity(1.0, shell.diameter, fabric.areal_density, fabric.E22, fabric.contraction)
     found = {
         "pressure times radius over E": pressure * shell.diameter / 2 / fabric.E22,
         "shell mass over cargo mass": mass / cargo.mass,
@@ -79,13 +79,7 @@ def figures(case: Case) -> dict[str, float]:
 
 def wave_speed(case: Case) -> float:
     """Of tension waves along the generatrix, m/s."""
-    return math.sqrt(case.fabric.E11 / _contraction(case) / case.fabric.areal_density)
-
-
-def stop(case: Case) -> FullStop:
-    """Pressure of a full stop over the shell's height, section 2.2."""
-    shell, cargo = case.shell, case.cargo
-    return full_stop(cargo.mass, cargo.velocity, case.gravity, shell.height, shell.diameter)
+    return math.sqrt(case.fabric.E11 / case.fabric.contraction / case.fabric.areal_density)
 
 
 def foreseen(case: Case, results: bool = True) -> Foreseen | None:
@@ -146,15 +140,11 @@ def _keys(case: Case) -> Iterator[tuple[str, float]]:
         yield path, max(value) if isinstance(value, tuple) else value
 
 
-def _contraction(case: Case) -> float:
-    return 1.0 - case.fabric.nu12 * case.fabric.nu21
-
-
 def _step(case: Case) -> float:
     """Length of a step (s) of the unloaded shell without belts and viscosity: (3.3); of gas alone that of the lumped model."""
     if case.model.fidelity == "lumped":
-        return case.shell.height / case.cargo.velocity / 2000
-    fabric, stiffest = case.fabric, 1.0 / (_contraction(case) * case.fabric.areal_density)
+        return case.shell.height / case.cargo.velocity / LUMPED_STEPS
+    fabric, stiffest = case.fabric, 1.0 / (case.fabric.contraction * case.fabric.areal_density)
     along = math.sqrt(fabric.E11 * stiffest) / (case.shell.height / case.grid.generatrix)
     around = math.sqrt(fabric.E22 * stiffest) / (math.pi * case.shell.diameter / case.grid.hoop)
     if case.model.fidelity in ONE_COLUMN:

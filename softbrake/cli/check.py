@@ -9,7 +9,7 @@ import typer
 
 from softbrake.case.case import Case
 from softbrake.case.case_file import CaseFile, name_of
-from softbrake.case.plausible import DECELERATION, figures, foreseen, shown, stop, wave_speed
+from softbrake.case.plausible import DECELERATION, figures, foreseen, shown, wave_speed
 from softbrake.case.units import Dimension, unit_size
 from softbrake.cli import cases
 from softbrake.cli.exits import fail
@@ -77,10 +77,9 @@ def _gas(opened: CaseFile) -> str:
 
 def _derived(case: Case) -> list[tuple[str, str]]:
     """Figures to check by eye: what the values mean together, and what the run takes."""
-    found, halt, run = figures(case), stop(case), foreseen(case)
+    found, halt, run = figures(case), case.full_stop, foreseen(case)
     full = halt.largest if case.pressure.law == "sine" else halt.mean
-    free_fall = (case.cargo.velocity**2 + 2 * case.gravity * case.shell.height) ** 0.5
-    lines = [("free-fall velocity", f"{free_fall:.5f} m/s")]
+    lines = [("free-fall velocity", f"{case.free_fall_velocity:.5f} m/s")]
     if case.model.fidelity != "lumped":
         lines += [
             ("p R / E", f"{found['pressure times radius over E']:.3g}, stretch of the hoop at full pressure"),

@@ -7,7 +7,7 @@ from math import cos, inf, pi, sin
 import numpy as np
 
 from softbrake.case.case import Case
-from softbrake.case.sections.numerics import ONE_COLUMN
+from softbrake.case.sections.numerics import LUMPED_STEPS, ONE_COLUMN
 from softbrake.core.arrays import (
     PAD,
     BeforeContact,
@@ -47,7 +47,6 @@ from softbrake.core.columns import History
 from softbrake.core.contact.constants import BLOCK
 
 OVERSHOOT = 0.9  # of the shell's height: below 0.913 a static wall touches the covers, and contact decides what it bears
-LUMPED_STEPS = 2000  # in which the cargo would fall the shell's height at its first velocity
 WEIGHINGS = 4
 PAIRS_PER_NODE = 0.25  # near one another, to begin with
 PLEATS = 64  # the same of a meridian, all of whose segments may lie on one another
@@ -100,7 +99,7 @@ def build_model(case: Case) -> Model:
 def _membrane(case: Case, h1: float, h2: float) -> Membrane:
     """Constants of the tension law on cells of these edges (m)."""
     cloth = case.fabric
-    contraction = 1.0 - cloth.nu12 * cloth.nu21
+    contraction = cloth.contraction
     return Membrane(
         law=int(Law[cloth.law.upper()]),
         h1=h1,
@@ -131,7 +130,7 @@ def _belts(case: Case, membrane: Membrane, n1: int) -> tuple[Belts, Floats]:
     to the part of its width that lies in each one's half cells.
     """
     cloth, h1 = case.fabric, membrane.h1
-    true_tension, contraction = cloth.law == "true_tension", 1.0 - cloth.nu12 * cloth.nu21
+    true_tension, contraction = cloth.law == "true_tension", cloth.contraction
     share = np.full(n1 + 1, h1)
     share[[0, -1]] *= 0.5
     line_mass = cloth.areal_density * share

@@ -405,7 +405,7 @@ class Simulation:
     def _summary(self, outcome: str, wall_seconds: float, file: ResultFile | None, filtered: FilteredPeaks | None) -> Summary:
         case, self_contact, steps = self.case, self.state.self_contact, int(self.state.steps[0])
         impact = -self.now(History.VELOCITY) if outcome == "impact" else None
-        free_fall = math.sqrt(case.cargo.velocity**2 + 2.0 * case.gravity * case.shell.height)
+        free_fall = case.free_fall_velocity
         peaks = {name: self._peak(which) for name, which in self._known().items()}
         generatrix, hoop, belt = (
             None if (peak := peaks.get(f"peak_tension_{part}")) is None else peak.value for part in ("generatrix", "hoop", "belt")

@@ -293,7 +293,7 @@ class _Refinement:
         self.best: _Found | None = None  # the last answer, for Ctrl-C
         self.diverged: Diverged | None = None  # the last one
         self.radius = 0.5 * case.shell.diameter
-        self.free_fall = math.sqrt(case.cargo.velocity**2 + 2.0 * case.gravity * case.shell.height)
+        self.free_fall = case.free_fall_velocity
         self.least = least_cells(case)
         self.spent = 0.0  # CPU s
         self.started = time.perf_counter()

@@ -14,7 +14,7 @@ from itertools import pairwise
 
 from softbrake.case.case import Case, is_quantity, key_at
 from softbrake.case.case_file import CaseError, CaseFile
-from softbrake.case.full_stop import FullStop, full_stop
+from softbrake.case.full_stop import FullStop
 from softbrake.case.level import level
 from softbrake.case.units import Dimension, parse_quantity, unit_of, unit_size
 from softbrake.sim.simulation import Diverged, simulate
@@ -156,7 +156,7 @@ def ask(
         low, high = _between(between, key.kind)
         shown = unit_of(between.split(":")[1]) or shown
     elif path == "pressure.value":
-        stop = full_stop(case.cargo.mass, case.cargo.velocity, case.gravity, case.shell.height, case.shell.diameter)
+        stop = case.full_stop
         middle = stop.largest if case.pressure.law == "sine" else stop.mean
         low, high = middle / REACH, middle * REACH
     elif isinstance(value := file.quantities().get(path), float):
@@ -228,7 +228,7 @@ def piston(case: Case) -> tuple[FullStop, list[tuple[float, Summary]]]:
 
     Their mean over time is that of the full stop wherever the peak stands; the work is not, as it is a mean over the way.
     """
-    stop = full_stop(case.cargo.mass, case.cargo.velocity, case.gravity, case.shell.height, case.shell.diameter)
+    stop = case.full_stop
     gas = level(case, "lumped", case.grid.generatrix, case.grid.hoop)
     tried = []
     for share in PEAK_PLACES:

@@ -16,6 +16,16 @@ SHEAR = 0.05  # of the smaller of E11 and E22: default of G12
 RECIPROCITY = 1e-3  # relative, to which both Poisson's ratios may be rounded
 
 
+def contraction(nu12: float, nu21: float) -> float:
+    """Part of a modulus over that of a sheet which may not contract, 1 - nu12 nu21 of Eq. (2.9)."""
+    return 1.0 - nu12 * nu21
+
+
+def breathing_viscosity(ratio: float, diameter: float, areal_density: float, E22: float, contraction: float) -> float:
+    """Viscosity (N s/m) of a damping ratio of the hoop's breathing mode; diameter: m, of the shell."""
+    return ratio * diameter * math.sqrt(areal_density * E22 / contraction)
+
+
 @dataclass(frozen=True)
 class Fabric(Part):
     """Cloth of the shell, Eq. (2.9)."""
@@ -30,6 +40,11 @@ class Fabric(Part):
     law: Literal["tension_field", "nominal_tension", "true_tension"]
     slack: Literal["cut", "compression"]  # whether slack fabric carries nothing, or compression as it carries tension
     strength: float | None = None  # N/m, tension that it bears
+
+    @property
+    def contraction(self) -> float:
+        """1 - nu12 nu21."""
+        return contraction(self.nu12, self.nu21)
 
 
 _KEYS = (
@@ -88,9 +103,8 @@ class _FabricSection(Section):
         if not _reciprocal(draft, node, fabric):
             return fabric
         if {"damping_ratio", "areal_density"} <= fabric.keys() and "diameter" in shell:
-            # of the critical damping of the hoop's breathing mode
-            stiffness = fabric["areal_density"] * fabric["E22"] / (1 - fabric["nu12"] * fabric["nu21"])
-            fabric["viscosity"] = fabric.pop("damping_ratio") * shell["diameter"] * math.sqrt(stiffness)
+            sheet = fabric["areal_density"], fabric["E22"], contraction(fabric["nu12"], fabric["nu21"])
+            fabric["viscosity"] = breathing_viscosity(fabric.pop("damping_ratio"), shell["diameter"], *sheet)
         return fabric
 
     def give_way(self, members: dict[str, Node], name: str) -> None:

@@ -16,6 +16,7 @@ from softbrake.case.units import Dimension
 
 Fidelity = Literal["full", "axisymmetric", "lumped", "auto"]
 ONE_COLUMN = ("axisymmetric", "lumped")  # fidelities that compute the generatrix only
+LUMPED_STEPS = 2000  # of gas alone, in which the cargo would fall the shell's height at its first velocity
 FINE = 18  # cells in a radius of a default grid
 HOOP = 120  # cells around the hoop by default: 19 in a radius, in whole vectors
 BETWEEN_BELTS = 6  # least cells of a default grid between two belts, or a belt and a cover, where that is not 4 times finer
@@ -149,7 +150,7 @@ def auto_courant(shell: Shell, fabric: Fabric, grid: Grid) -> float:
 
 def damping_ratio(shell: Shell, fabric: Fabric, grid: Grid) -> float:
     """Damping ratio of the grid's shortest waves, viscosity/(h sqrt(E density))."""
-    density = fabric.areal_density / (1.0 - fabric.nu12 * fabric.nu21)
+    density = fabric.areal_density / fabric.contraction
     along = shell.height / grid.generatrix * math.sqrt(fabric.E11 * density)
     around = shell.diameter * math.sin(math.pi / grid.hoop) * math.sqrt(fabric.E22 * density)
     return fabric.viscosity / max(along, around)
