@@ -28,6 +28,15 @@ class Outcome(IntEnum):
     STOPPED = 2
     TIME_LIMIT = 3
     DIVERGED = 4
+    REBOUND = 5  # the cover is back at the height of first contact
+
+
+class After(IntEnum):
+    """Whether a run goes on where the cargo stands still."""
+
+    STOP = 0
+    TOP = 1  # until it leaves the ground, or turns back on its way up: of a gas without ways in and out nothing lower follows
+    REBOUND = 2  # until it leaves the ground
 
 
 class Peak(IntEnum):
@@ -37,6 +46,52 @@ class Peak(IntEnum):
     TENSION_GENERATRIX = 1  # N/m
     TENSION_HOOP = 2  # N/m
     TENSION_BELT = 3  # N/m
+    PRESSURE = 4  # Pa, gauge, of a gas with a state
+    TEMPERATURE = 5  # K, likewise
+
+
+class Motion(IntEnum):
+    """Elements of `State.motion`."""
+
+    LOWEST = 0  # m, height of the cover where it stood still; infinite before
+    REST_TIME = 1  # s, at which it first stood still; infinite before
+
+
+class VentConstant(IntEnum):
+    """Columns of `Gas.vents`; what is not asked for is out of reach."""
+
+    AREA = 0  # m^2
+    OPENS_AT_PRESSURE = 1  # Pa, gauge
+    OPENS_AT_TIME = 2  # s; -inf: open from the start
+    OPENS_AT_HEIGHT = 3  # m, of the cover on its way down
+    CLOSES_AT_PRESSURE = 4  # Pa, gauge
+    CLOSES_AT_HEIGHT = 5  # m, of the cover: for good
+    INFLOW = 6  # 1: ambient gas may flow in
+
+
+class VentState(IntEnum):
+    """Columns of `State.vents`."""
+
+    OPEN = 0  # 1 or 0
+    SHARE = 1  # of the step, in which it is open
+    OPENED_AT = 2  # s, first; infinite before
+    SHUT = 3  # 1: closed for good
+
+
+class GasState(IntEnum):
+    """Elements of `State.gas`: at TIME, to which gas and vents have come."""
+
+    TIME = 0  # s
+    HEIGHT = 1  # m, of the cover
+    VOLUME = 2  # m^3, of the shell
+    NEXT_VOLUME = 3  # m^3, at the end of the step
+    MASS = 4  # kg
+    FREE_VOLUME = 5  # m^3, that the gas would take at ambient pressure along its process: its entropy
+    PRESSURE = 6  # Pa, absolute
+    FREE_AREA = 7  # m^2, of the wall that nothing lies on, in the step
+    EXPECTED_VOLUME = 8  # m^3, at the end of the last step by the volume and its rate at its start
+    EXPECTED_AFTER = 9  # s, how long that step was; 0 where nothing was expected
+    CURVATURE = 10  # m^3/s^2, of the volume over the step: what that was off over the square of the step
 
 
 class ContactCount(IntEnum):
@@ -159,6 +214,26 @@ class GasPressure(NamedTuple):
     most: float  # Pa, largest p~ of the law
 
 
+class Gas(NamedTuple):
+    """Constants of a gas with a state, of its surroundings and of the ways in and out. See core.gas."""
+
+    exponent: float  # n of P V^n; 0: no gas with a state, the pressure follows GasPressure
+    gamma: float
+    gas_constant: float  # J/(kg K)
+    choking: float  # ratio of ambient to inside pressure at and below which the flow is that of sound
+    choked_root: float  # the ratio of densities there, choking^(1/gamma)
+    ambient_pressure: float  # Pa
+    ambient_temperature: float  # K
+    vents: Floats  # (vents, len(VentConstant))
+    ratio: Floats  # (vents, k), ambient over inside pressure, increasing
+    discharge: Floats  # (vents, k), coefficient there, linear between and level outside
+    leakage: float  # effective part of the free wall area
+    permeability: Floats  # (4,), m/(s Pa), m/(s Pa^2) of u over p; Pa s/m, Pa s^2/m^2 of p over u
+    inflow_times: Floats  # s, (k,); none without inflator
+    inflow: Floats  # kg/s, (k,)
+    inflow_temperature: float  # K
+
+
 class Obstacles(NamedTuple):
     """What stops the fabric: ground, the cover under the cargo, the cargo, the axis. See core.contact.obstacles."""
 
@@ -202,6 +277,8 @@ class Model(NamedTuple):
     courant: float
     end: float  # s
     gravity: float  # m/s^2
+    height: float  # m, of the cover at first contact
+    after: int  # After: whether the run goes on where the cargo first stands still
     crushing: float  # m, height of the cover at which the overshoot is over and crushing begins
     cargo_mass: float  # kg, without the shell; the columns' share
     cover_area: float  # m^2, the columns' share
@@ -216,6 +293,7 @@ class Model(NamedTuple):
     belts: Belts
     belt_contact: BeltContact
     pressure: GasPressure
+    gas: Gas
     obstacles: Obstacles
     hoop: Hoop
 
@@ -332,6 +410,9 @@ class State(NamedTuple):
     peaks: Floats  # (len(Peak), 3), of the phase under way: value, time (s), row
     overshoot: Floats  # likewise, of the overshoot once it is over, before that zero
     filtered_deceleration: Floats  # (1,) m/s^2, acceleration of the cargo behind a low-pass
+    motion: Floats  # (len(Motion),)
+    gas: Floats  # (len(GasState),)
+    vents: Floats  # (vents, len(VentState))
     work: WorkByColumn
     self_contact: SelfContact | None  # None where it is not asked for: kernels without it are compiled in half of the time
 
@@ -427,6 +508,7 @@ class Meridian(NamedTuple):
     free_w: Floats  # m/s
     kinetic: Floats  # J
     contact: Floats  # J, scratch
+    volume: Floats  # m^3, scratch, below an edge
     ground_impulse: Floats  # N s, of the ground on the node in the push
     impulse: Floats  # (2,), N s, as in Impulses
     by_row: ByRow
@@ -449,6 +531,8 @@ class ByColumn(NamedTuple):
     impulse: Floats  # N s, of the ground on the fabric of all rows so far
     on_ground: Floats  # m^2, of the fabric on the ground
     on_cargo: Floats  # N s, of the fabric on cover and cargo, upwards
+    flux: Floats  # m^3, of the places at n through the area vectors, for the volume
+    swept: Floats  # m^3/s, of the velocities at n+1/2 through them
     rate: Floats  # scratch between steps
 
 

@@ -37,6 +37,15 @@ class History(IntEnum):
     WORK_CONTACT = "J", "lost in contact, and in friction on the ground"
     CONTACT_FORCE = "N", "of the fabric on cover and cargo, up positive; part of the cover force"
     GROUND_AREA = "m^2", "of fabric and lower cover on the ground"
+    TEMPERATURE = "K", "of the gas; as all that follows of a gas with a state, else 0"
+    GAS_MASS = "kg", "in the shell"
+    VOLUME = "m^3", "of the shell"
+    VENT_FLOW = "kg/s", "through vents and wall, outwards positive"
+    GAS_ENERGY = "J", "internal energy of the gas"
+    GAS_WORK = "J", "done by the gas, against the ambient pressure too, since the start"
+    ENTHALPY_OUT = "J", "of what has left the gas since the start"
+    ENTHALPY_IN = "J", "of what has come in"
+    HEAT = "J", "taken from the surroundings since the start, of a process that is not adiabatic"
 
 
 WORKS = tuple(column for column in History if column.name.startswith("WORK_"))  # all of the ledger

@@ -1,4 +1,4 @@
-"""Excess pressure in time, Eq. (2.10), and its damping by the moving fabric, Eq. (2.11)."""
+"""Excess pressure: of a gas with a state, or in time by Eq. (2.10); its damping by the moving fabric, Eq. (2.11)."""
 
 from math import cos, pi, sin, sqrt
 
@@ -6,8 +6,10 @@ from numba import uint64
 
 from softbrake.core.arrays import PressureLaw
 from softbrake.core.columns import History
+from softbrake.core.gas import advance_gas, has_state
 from softbrake.core.jit import kernel
 from softbrake.core.lanes import FIRST
+from softbrake.core.tables import integral_of_table
 
 SMALLEST_AREA = 1e-60  # m^2
 
@@ -39,23 +41,20 @@ def mean_of_table(pressure, start, end):
     """Return the mean of a table over a time (s), exact: no pulse is lost or doubled, however short beside a step."""
     times, values = pressure.times, pressure.values
     last = times.size - 1
-    total = values[0] * max(min(end, times[0]) - start, 0.0) + values[last] * max(end - max(start, times[last]), 0.0)
-    for k in range(1, times.size):
-        lower, upper = max(start, times[k - 1]), min(end, times[k])
-        if upper > lower:
-            slope = (values[k] - values[k - 1]) / (times[k] - times[k - 1])
-            total += (upper - lower) * (values[k - 1] + slope * (0.5 * (lower + upper) - times[k - 1]))
-    return total / (end - start)
+    outside = values[0] * max(min(end, times[0]) - start, 0.0) + values[last] * max(end - max(start, times[last]), 0.0)
+    return (outside + integral_of_table(times, values, start, end)) / (end - start)
 
 
 @kernel
 def update_pressure(model, state, before, after):
-    """Update p~ (Pa) of all the shell: the one place that knows what the pressure depends on. Eq. (2.10).
+    """Update p~ (Pa) of all the shell: the one place that knows what the pressure depends on. Eq. (2.10), or core.gas.
 
     At the time of state.now; of a table the mean over the step, from so long (s) before that time to so long after it.
     """
     time = state.now[History.TIME]
-    if model.pressure.law == PressureLaw.TABLE and before + after > 0.0:
+    if has_state(model.gas):
+        advance_gas(model, state)
+    elif model.pressure.law == PressureLaw.TABLE and before + after > 0.0:
         state.now[History.PRESSURE] = mean_of_table(model.pressure, time - before, time + after)
     else:
         state.now[History.PRESSURE] = pressure_at(model.pressure, time)

@@ -1,15 +1,17 @@
 """Case -> Model, State, Workspace: the one place that allocates their arrays."""
 
 from collections.abc import Sequence
-from dataclasses import replace
+from dataclasses import astuple, replace
 from math import cos, inf, pi, sin
 
 import numpy as np
 
 from softbrake.case.case import Case
 from softbrake.case.sections.numerics import LUMPED_STEPS, ONE_COLUMN
+from softbrake.case.sections.vents import Vent
 from softbrake.core.arrays import (
     PAD,
+    After,
     BeforeContact,
     BeltContact,
     BeltRow,
@@ -21,12 +23,15 @@ from softbrake.core.arrays import (
     ContactCount,
     Edges,
     Floats,
+    Gas,
     GasPressure,
+    GasState,
     Hoop,
     Law,
     Membrane,
     Meridian,
     Model,
+    Motion,
     NearPairs,
     Nodes,
     Obstacles,
@@ -40,6 +45,8 @@ from softbrake.core.arrays import (
     State,
     StateColumn,
     Vectors,
+    VentConstant,
+    VentState,
     WorkByColumn,
     Workspace,
 )
@@ -60,7 +67,7 @@ def build_model(case: Case) -> Model:
     Hoop edges are chords of arcs on which cloth and gas are reckoned, so that a round shell is one of circles.
     """
     n1, hoop, one_column = case.grid.generatrix, case.grid.hoop, case.model.fidelity in ONE_COLUMN
-    n2, radius, gas = 1 if one_column else hoop, 0.5 * case.shell.diameter, _gas(case)
+    n2, radius, pressure = 1 if one_column else hoop, 0.5 * case.shell.diameter, _pressure(case)
     membrane = _membrane(case, case.shell.height / n1, 2.0 * radius * sin(pi / hoop))
     whole = 2.0 * pi * radius / (n2 * membrane.h2)  # with the cloth of arcs
     belts, line_mass = _belts(case, membrane, n1)
@@ -77,10 +84,12 @@ def build_model(case: Case) -> Model:
         courant=case.time.courant,
         end=case.time.end,
         gravity=case.gravity,
+        height=case.shell.height,
+        after=int(_after(case)),
         crushing=OVERSHOOT * case.shell.height,
         cargo_mass=case.cargo.mass / whole,
         cover_area=pi * radius * radius / whole,
-        most_gas_work=gas.most * pi * case.shell.diameter**2 * case.shell.height,
+        most_gas_work=_most_gas_work(case, pressure),
         mass=0.0 * line_mass if case.model.fidelity == "lumped" else line_mass * membrane.h2,
         per_mass=per_mass,
         below=below,
@@ -90,7 +99,8 @@ def build_model(case: Case) -> Model:
         fabric=membrane,
         belts=belts,
         belt_contact=_belt_contact(belts.width if "belts" in case.contact else np.zeros(n1 + 1)),
-        pressure=gas,
+        pressure=pressure,
+        gas=_gas(case),
         obstacles=_obstacles(case),
         hoop=Hoop(whole=whole, gas=1.0 if one_column else 1.0 / cos(pi / hoop), cos=cos(2.0 * pi / hoop)),
     )
@@ -148,9 +158,74 @@ def _belts(case: Case, membrane: Membrane, n1: int) -> tuple[Belts, Floats]:
     return belts, line_mass
 
 
-def _gas(case: Case) -> GasPressure:
-    """Pressure in time."""
-    law = case.pressure
+def _after(case: Case) -> After:
+    """What follows where the cargo stands still."""
+    if case.time.after == "stop":
+        return After.STOP
+    return After.TOP if case.gas is not None and not case.ways else After.REBOUND
+
+
+def _most_gas_work(case: Case, pressure: GasPressure) -> float:
+    """More than gas can give (J), of a shell of twice its diameter."""
+    gas, inflator, volume = case.gas, case.inflator, pi * case.shell.diameter**2 * case.shell.height
+    if gas is None:
+        return pressure.most * volume
+    inner = (case.ambient.pressure + pressure.most) * volume / (gas.gamma - 1.0)
+    if inflator is None:
+        return inner
+    enthalpy = gas.gamma / (gas.gamma - 1.0) * gas.gas_constant * inflator.temperature
+    return inner + enthalpy * float(np.trapezoid(inflator.mass_flow, inflator.times))
+
+
+def _gas(case: Case) -> Gas:
+    """A gas with a state; of exponent 0 none."""
+    gas, vents, wall, inflator = case.gas, case.vents, case.permeability, case.inflator
+    gamma = 1.4 if gas is None else gas.gamma
+    choking = (2.0 / (gamma + 1.0)) ** (gamma / (gamma - 1.0))
+    most = max((len(vent.discharge) for vent in vents), default=1)
+    return Gas(
+        exponent=0.0 if gas is None else gas.exponent,
+        gamma=gamma,
+        gas_constant=0.0 if gas is None else gas.gas_constant,
+        choking=choking,
+        choked_root=choking ** (1.0 / gamma),
+        ambient_pressure=case.ambient.pressure,
+        ambient_temperature=case.ambient.temperature,
+        vents=np.array([_vent(vent) for vent in vents]).reshape(-1, len(VentConstant)),
+        ratio=np.array([_padded(vent.pressure_ratio, most) for vent in vents]).reshape(-1, most),
+        discharge=np.array([_padded(vent.discharge, most) for vent in vents]).reshape(-1, most),
+        leakage=case.leakage,
+        permeability=np.zeros(4) if wall is None else np.array(astuple(wall)),
+        inflow_times=np.array(() if inflator is None else inflator.times, float),
+        inflow=np.array(() if inflator is None else inflator.mass_flow, float),
+        inflow_temperature=0.0 if inflator is None else inflator.temperature,
+    )
+
+
+def _vent(vent: Vent) -> list[float]:
+    """A row of `Gas.vents`."""
+    events = (vent.opens_at_pressure, vent.opens_at_time, vent.opens_at_height)
+    always = -inf if all(event is None for event in events) else inf
+    given = {
+        VentConstant.AREA: vent.area,
+        VentConstant.OPENS_AT_PRESSURE: inf if vent.opens_at_pressure is None else vent.opens_at_pressure,
+        VentConstant.OPENS_AT_TIME: always if vent.opens_at_time is None else vent.opens_at_time,
+        VentConstant.OPENS_AT_HEIGHT: -inf if vent.opens_at_height is None else vent.opens_at_height,
+        VentConstant.CLOSES_AT_PRESSURE: -inf if vent.closes_at_pressure is None else vent.closes_at_pressure,
+        VentConstant.CLOSES_AT_HEIGHT: -inf if vent.closes_at_height is None else vent.closes_at_height,
+        VentConstant.INFLOW: float(vent.inflow),
+    }
+    return [given[column] for column in VentConstant]
+
+
+def _padded(values: Sequence[float], count: int) -> list[float]:
+    """Values with the last one repeated."""
+    return [*values, *[values[-1]] * (count - len(values))]
+
+
+def _pressure(case: Case) -> GasPressure:
+    """Pressure in time; of a gas with a state that of the shell as it hangs."""
+    law = case.filling
     return GasPressure(
         law=int(PressureLaw[law.law.upper()]),
         value=law.value,
@@ -209,12 +284,13 @@ def build_state(case: Case, model: Model) -> State:
     now[History.VELOCITY] = -case.cargo.velocity
     moving = model.hoop.whole * (model.cargo_mass + model.n2 * model.mass[1:].sum())
     now[History.KINETIC_ENERGY] = 0.5 * moving * case.cargo.velocity**2
+    longest = case.shell.height / case.cargo.velocity / LUMPED_STEPS
     return State(
         nodes=nodes,
         now=now,
         steps=np.zeros(1, np.int64),
         choice=np.array([0, 1], np.int64),
-        stable_step=np.array([case.shell.height / case.cargo.velocity / LUMPED_STEPS, 0.0]),  # others choose theirs
+        stable_step=np.array([longest, longest if case.model.fidelity == "lumped" else 0.0]),  # others choose theirs
         last_step=np.zeros(1),
         kinetic_start=np.array([now[History.KINETIC_ENERGY]]),
         stored=np.zeros(2),
@@ -222,6 +298,9 @@ def build_state(case: Case, model: Model) -> State:
         peaks=np.zeros((len(Peak), 3)),
         overshoot=np.zeros((len(Peak), 3)),
         filtered_deceleration=np.zeros(1),
+        motion=np.full(len(Motion), inf),
+        gas=np.zeros(len(GasState)),
+        vents=np.zeros((len(model.gas.vents), len(VentState))),
         work=WorkByColumn(
             *(
                 _rows(1, rows + PAD, WorkByColumn._fields, FREE)

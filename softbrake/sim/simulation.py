@@ -21,14 +21,16 @@ from softbrake.case.schema import starter
 from softbrake.case.sections.numerics import ONE_COLUMN, Fidelity, damping_ratio
 from softbrake.core.arrays import PAD, ContactCount, Floats, Meridian, Model, Nodes, Outcome, Peak, Source, State, Workspace
 from softbrake.core.columns import WORKS, History
+from softbrake.core.gas import begin_gas
 from softbrake.core.jit import PACKAGE, hash_sources
 from softbrake.core.lanes import close_nodes
 from softbrake.core.loop.fields import sample_fields
-from softbrake.core.loop.meridian import advance_meridian, stable_step_of_meridian
+from softbrake.core.loop.meridian import advance_meridian, stable_step_of_meridian, volume_of_meridian
 from softbrake.core.loop.piston import advance_lumped
 from softbrake.core.loop.step import advance
 from softbrake.core.loop.step_size import stable_step
 from softbrake.core.loop.time_loop import MADE, energy_given
+from softbrake.core.membrane.volume import shell_volume
 from softbrake.core.pressure import update_pressure
 from softbrake.sim.build import (
     build_meridian,
@@ -199,6 +201,8 @@ class Simulation:
             self.state.stored[:] = stored
             for part, inflated in zip(self.state.nodes[:3], shape[:3], strict=True):
                 part[:] = inflated
+        if case.gas is not None:
+            begin_gas(self.model, self.state, case.gas.pressure, case.gas.temperature, self.volume())
 
     def step(self, model: Model) -> Outcome:
         """Advance by one step of another model of the same arrays."""
@@ -207,7 +211,8 @@ class Simulation:
 
     def inflate(self, tolerance: float = TOLERANCE) -> Relaxation:
         """Bring the shell to rest under its cover, which is held, and the pressure of t = 0; see `relax`. Raises NotInflated."""
-        found = relax(self.model, self.state, self.step, tolerance)
+        steady = self.model._replace(gas=self.model.gas._replace(exponent=0.0))
+        found = relax(steady, self.state, self.step, tolerance)
         if not found.converged:
             if math.isinf(found.residual):
                 why = "it grows without end; most likely the fabric is too soft for the pressure, and bursts"
@@ -215,6 +220,12 @@ class Simulation:
                 why = f"residual {found.residual:.3g}, not {tolerance:.3g}; most likely slack fabric that nothing holds still"
             raise NotInflated(f"not inflated: the shell is not at rest after {found.steps} steps: {why}")
         return found
+
+    def volume(self) -> float:
+        """Return the volume (m^3) of the shell as it is, covers included."""
+        if self.case.model.fidelity == "full":
+            return float(shell_volume(self.model, self.state.nodes, self.workspace.by_column.rate))  # type: ignore[union-attr]
+        return float(volume_of_meridian(self.model, self.state.nodes, self.workspace.volume))  # type: ignore[union-attr]
 
     def advance(self, until: float = math.inf, most: int = 2**62) -> tuple[Floats, Outcome]:
         """Advance to a time (s) or by a number of steps, and no further than one block of history rows.

@@ -9,6 +9,7 @@ from softbrake.core.arrays import Peak
 from softbrake.core.columns import History
 from softbrake.core.jit import kernel
 from softbrake.core.lanes import FIRST, ONE, lanes, total
+from softbrake.core.peaks import raise_peak
 
 
 @kernel
@@ -21,6 +22,8 @@ def clear_sums(maximum_1, maximum_2, maximum_belt, by_column):
     by_column.impulse[:] = 0.0
     by_column.on_ground[:] = 0.0
     by_column.on_cargo[:] = 0.0
+    by_column.flux[:] = 0.0
+    by_column.swept[:] = 0.0
 
 
 @kernel
@@ -163,12 +166,3 @@ def record_history(history, row, now):
     """Write now to a row of the history."""
     for column in range(now.size):
         history[row, column] = now[column]
-
-
-@kernel
-def raise_peak(peaks, which, value, time, row):
-    """Keep a value with its time (s) and row if it is the largest so far."""
-    if value > peaks[which, 0]:
-        peaks[which, 0] = value
-        peaks[which, 1] = time
-        peaks[which, 2] = row

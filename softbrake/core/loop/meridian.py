@@ -10,7 +10,7 @@ from math import inf, sqrt
 
 from numba import uint64
 
-from softbrake.core.arrays import Law, Outcome, Peak
+from softbrake.core.arrays import GasState, Law, Outcome, Peak
 from softbrake.core.cargo import push_cargo
 from softbrake.core.columns import History
 from softbrake.core.contact.belt_contact import resolve_belt_contact_of_meridian
@@ -26,13 +26,15 @@ from softbrake.core.contact.obstacles import (
     slowed,
 )
 from softbrake.core.contact.self_contact import overflown, resolve_self_contact_of_meridian, watch_meridian, window_of
+from softbrake.core.gas import has_state, limit_with_gas
 from softbrake.core.jit import kernel
-from softbrake.core.lanes import FIRST, ONE, lanes
-from softbrake.core.loop.ledger import raise_peak, record_history
+from softbrake.core.lanes import FIRST, ONE, lanes, sum_of
+from softbrake.core.loop.ledger import record_history
 from softbrake.core.loop.step_size import fold_largest, joined, rate_of, waves_along
 from softbrake.core.loop.time_loop import begin_step, choose_step, end_step, ran_away
 from softbrake.core.membrane.edges import SMALLEST_SQUARE
 from softbrake.core.membrane.tension import hooke, mean_of_corners, unilateral
+from softbrake.core.peaks import raise_peak
 from softbrake.core.pressure import update_damped_pressure
 from softbrake.core.shape import cloth_around
 
@@ -85,6 +87,8 @@ def take_step_of_meridian(model, state, meridian, dt, length):
     on_ground = gas_on_cover - meridian.pressure[0] * meridian.area.z[FIRST] - meridian.force[0] * meridian.z[0]
     now[History.GROUND_FORCE] = columns * (on_ground + mass[0] * model.gravity + ground_impulse / dt)
     now[History.GROUND_AREA] = columns * model.cover_area
+    if has_state(model.gas):
+        state.gas[GasState.NEXT_VOLUME] = volume_of_meridian(model, nodes, meridian.volume)
     return height, raise_peaks(now, state.peaks, meridian, n1)
 
 
@@ -181,6 +185,16 @@ def update_areas(nodes, meridian, side, n1):
     first = sixth * (3.0 * x[0] + dx[0])
     area_x[FIRST] = first * dz[0]
     area_z[FIRST] = -first * dx[0]
+
+
+@kernel
+def volume_of_meridian(model, nodes, volume):
+    """Return the volume (m^3) of the shell: see update_areas. Writes volume, scratch."""
+    sixth, x, z = model.hoop.whole * model.shape.side / 6.0, nodes.x, nodes.z
+    for i in range(lanes(model.n1)):
+        r, s = x[i], x[i + ONE]
+        volume[i] = sixth * (z[i + ONE] - z[i]) * (r * r + r * s + s * s)
+    return sum_of(volume, model.n1)
 
 
 @kernel
@@ -449,7 +463,8 @@ def advance_meridian(model, state, meridian, history, interval, most, until):
         recorded = state.steps[0] % interval == 0
         chosen = state.steps[0] >= state.choice[0]
         if chosen:
-            choose_step(state, stable_step_of_meridian(model, state.nodes, meridian))  # (3.3)
+            limit = stable_step_of_meridian(model, state.nodes, meridian)
+            choose_step(state, limit_with_gas(model, state, meridian.by_row, limit))  # (3.3)
             longest = watch_meridian(model, state.nodes, state.self_contact, window_of(model, state))
             state.stable_step[0] = min(state.stable_step[0], longest / model.courant)
         length, dt = begin_step(model, state)

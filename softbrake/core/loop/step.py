@@ -2,11 +2,12 @@
 
 from numba import uint64
 
-from softbrake.core.arrays import Outcome
+from softbrake.core.arrays import GasState, Outcome
 from softbrake.core.cargo import push_cargo, vertical_forces
 from softbrake.core.columns import History
 from softbrake.core.contact.obstacles import any_above, foresee, may_touch, press_row, rub_row
 from softbrake.core.contact.self_contact import overflown, watch_shell, window_of
+from softbrake.core.gas import has_state, limit_with_gas
 from softbrake.core.jit import kernel
 from softbrake.core.lanes import FIRST, clear_row, lanes, total
 from softbrake.core.loop.contact_work import add_contact_work_of_shell, begin_contact, resolve_contact
@@ -31,6 +32,7 @@ from softbrake.core.loop.rows import (
 )
 from softbrake.core.loop.step_size import stable_step
 from softbrake.core.loop.time_loop import begin_step, choose_step, end_step
+from softbrake.core.membrane.volume import add_flux, next_volume, shell_volume
 
 
 @kernel
@@ -56,6 +58,7 @@ def take_step(model, state, workspace, meeting):
         update_row_pressure(model, state.nodes, workspace, at, uniform)  # (2.11)
         if i == 0:
             hold_ground_row(model, now, workspace, at)
+            add_flux(state.nodes, workspace.area, workspace.by_column, at.node, 0.0, model.n2)
         elif i < n1:
             push_free_row(model, state, workspace, step, at, touching)  # (3.2), (3.4)
         else:
@@ -63,7 +66,23 @@ def take_step(model, state, workspace, meeting):
                 resolve_contact(model, state, workspace, step, touching)  # (2.5)
             height = push_cover_row(model, state, workspace, step, at)  # (2.4), (3.4)
         add_row_work(model, state.work, workspace, at, wrinkled_below, dt)
+    if has_state(model.gas):
+        update_volume(model, state, workspace, step, meeting)
     return height
+
+
+@kernel
+def update_volume(model, state, workspace, step, meeting):
+    """Write the volume (m^3) at the end of the step, of a shell whose rows have all moved, to state.gas.
+
+    meeting: whether contact between rows has moved them besides.
+    """
+    chamber, velocity = state.gas, state.nodes.w[uint64(model.n1) * uint64(model.stride) + FIRST]
+    volume = next_volume(model, chamber, workspace.by_column, state.now[History.HEIGHT], velocity, step.length)
+    if meeting:
+        volume = shell_volume(model, state.nodes, workspace.by_column.rate)
+        chamber[GasState.EXPECTED_AFTER] = 0.0
+    chamber[GasState.NEXT_VOLUME] = volume
 
 
 @kernel
@@ -116,6 +135,7 @@ def push_cover_row(model, state, workspace, step, at):
     moving = model.cargo_mass + n2 * model.mass[at.i]
     velocity, height = push_cargo(now, nodes.w[at.node], step, whole * moving)  # (2.4)
     hold_row(workspace.mean, at.row, n2, 0.5 * (nodes.w[at.node] + velocity))
+    add_flux(nodes, workspace.area, by_column, at.node, velocity, n2)
     move_cover_row(nodes, at.node, n2, velocity, height)
     between = workspace.mean.z[at.row]
     add_cargo_work(work, by_column, gas_on_cover + gas, model.gravity * moving, moving, between, velocity, step.dt)
@@ -143,7 +163,8 @@ def advance(model, state, workspace, history, interval, most, until):
     done = 0
     while done < most and now[History.TIME] < until and rows + 1 < history.shape[0]:
         if state.steps[0] >= state.choice[0]:
-            choose_step(state, stable_step(model, state.nodes, workspace))  # (3.3)
+            limit = stable_step(model, state.nodes, workspace)
+            choose_step(state, limit_with_gas(model, state, workspace.by_row, limit))  # (3.3)
             state.stable_step[0] = min(state.stable_step[0], self_contact_step(model, state, by_column) / model.courant)
         length, dt = begin_step(model, state)
         meeting = begin_contact(model, state, workspace.before_contact)

@@ -2,10 +2,11 @@
 
 from math import exp, sqrt
 
-from softbrake.core.arrays import Outcome, Peak, Source
+from softbrake.core.arrays import After, GasState, Motion, Outcome, Peak, Source
 from softbrake.core.columns import History
+from softbrake.core.gas import has_state
 from softbrake.core.jit import kernel
-from softbrake.core.loop.ledger import raise_peak
+from softbrake.core.peaks import raise_peak
 from softbrake.core.pressure import update_pressure
 
 STEPS_PER_STEP_CHOICE = 16  # most; a choice costs a third of a step, 0.7 of one of the axisymmetric shell
@@ -53,8 +54,18 @@ def end_step(model, state, length, height):
     """
     now = state.now
     before, velocity, acceleration = now[History.HEIGHT], now[History.VELOCITY], now[History.ACCELERATION]
-    filter_deceleration(state, length, float(model.n1))
+    filter_deceleration(model, state, length)
     within, outcome = event_time(before, velocity, acceleration, length)
+    if outcome == Outcome.STOPPED:
+        lowest = before + within * (velocity + 0.5 * within * acceleration)
+        state.motion[Motion.LOWEST] = min(state.motion[Motion.LOWEST], lowest)
+        state.motion[Motion.REST_TIME] = min(state.motion[Motion.REST_TIME], now[History.TIME] + within)
+        if model.after != After.STOP:
+            within, outcome = length, Outcome.RUNNING
+    elif outcome == Outcome.RUNNING and height >= model.height > before:
+        within, outcome = rises_to(model.height - before, velocity, acceleration), Outcome.REBOUND
+    elif outcome == Outcome.RUNNING and model.after == After.TOP and velocity > 0.0 >= velocity + length * acceleration:
+        within, outcome = -velocity / acceleration, Outcome.STOPPED
     if outcome == Outcome.RUNNING and length == model.end - now[History.TIME]:
         outcome = Outcome.TIME_LIMIT
     if ran_away(model, state):
@@ -67,6 +78,9 @@ def end_step(model, state, length, height):
         now[History.HEIGHT] += within * (velocity + 0.5 * within * acceleration)
     if before > model.crushing >= now[History.HEIGHT]:
         begin_crushing(state.peaks, state.overshoot)
+    if has_state(model.gas):
+        reached = within / length * (state.gas[GasState.NEXT_VOLUME] - state.gas[GasState.VOLUME])
+        state.gas[GasState.NEXT_VOLUME] = state.gas[GasState.VOLUME] + reached
     now[History.TIME] += within
     now[History.VELOCITY] = velocity + within * acceleration
     state.steps[0] += 1
@@ -127,19 +141,27 @@ def event_time(height, velocity, acceleration, step):
 
 
 @kernel
-def filter_deceleration(state, length, row):
+def rises_to(distance, velocity, acceleration):
+    """Return when within a step (s) the cover has risen by a distance (m): the motion as in event_time."""
+    root = sqrt(max(velocity * velocity + 2.0 * acceleration * distance, 0.0))
+    return 2.0 * distance / (velocity + root)
+
+
+@kernel
+def filter_deceleration(model, state, length):
     """Raise the peak of the deceleration as the cargo feels it, behind a first-order low-pass of FILTER_TIME.
 
-    Cloth that meets the cover gives its momentum within one step, so that the force itself is as high as the step is short.
+    Cloth that meets the cover gives its momentum within one step, so that the force itself is as high as the step is short. Where
+    there is no cloth nothing is filtered.
     """
     now, filtered_deceleration = state.now, state.filtered_deceleration
     acceleration = now[History.ACCELERATION]
     filtered_deceleration[0] = (
         acceleration
-        if state.steps[0] == 0
+        if state.steps[0] == 0 or model.mass[0] == 0.0
         else filtered_deceleration[0] + (1.0 - exp(-length / FILTER_TIME)) * (acceleration - filtered_deceleration[0])
     )
-    raise_peak(state.peaks, Peak.DECELERATION, filtered_deceleration[0], now[History.TIME], row)
+    raise_peak(state.peaks, Peak.DECELERATION, filtered_deceleration[0], now[History.TIME], float(model.n1))
 
 
 @kernel

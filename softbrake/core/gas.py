@@ -1,0 +1,350 @@
+"""The gas in the shell: mass and entropy, uniform in space, between two volumes of the shell; vents, leaking wall, inflator.
+
+State: the mass m, and for the entropy the free volume F that the gas would take at ambient pressure along its process. So
+P = Pa (F/V)^n with n = gamma of an adiabatic bag, exactly, whatever way the volume took; what flows out leaves F/m as it is.
+Where F < V the wall is limp: it holds no suction, the gas has ambient pressure and the volume F.
+
+A step goes from V0 to V1: half of what flows in and out at V0, the change of volume, the other half at V1. Each part is exact, so
+the first law closes to round-off; their order is of second order in the step. Outflow takes the enthalpy cp T of the inside, by
+the isentropic nozzle, choked or not. It ends where the pressures are equal.
+Sources: Moran and Shapiro, Fundamentals of Engineering Thermodynamics, ch. 4, 9 (control volume, nozzle); Wang and Nefske,
+SAE 880654 (uniform bag).
+"""
+
+from math import inf, log, sqrt
+
+from numba import uint64
+
+from softbrake.core.arrays import GasState, Peak, VentConstant, VentState
+from softbrake.core.columns import History
+from softbrake.core.jit import kernel
+from softbrake.core.lanes import ONE
+from softbrake.core.peaks import raise_peak
+from softbrake.core.tables import integral_of_table
+
+SMALLEST_VOLUME = 1e-9  # of the free volume
+NEAR_ONE = 1e-3  # distance within which five terms of the series are exact to round-off
+
+
+@kernel
+def has_state(gas):
+    """Return whether the gas has a state, and the pressure follows no law."""
+    return gas.exponent > 0.0
+
+
+@kernel
+def pressure_of(gas, free, volume):
+    """Return the absolute pressure (Pa) of a free volume in a volume (m^3)."""
+    return gas.ambient_pressure * (free / volume) ** gas.exponent if free > volume else gas.ambient_pressure
+
+
+@kernel
+def pressure_after(gas, pressure, before, after):
+    """Return the absolute pressure (Pa) of a gas whose free volume over its volume goes from one ratio to another."""
+    if after <= 1.0:
+        return gas.ambient_pressure
+    if before <= 1.0:
+        return gas.ambient_pressure * after**gas.exponent
+    return pressure * power_near_one(after / before, gas.exponent)
+
+
+@kernel
+def power_near_one(base, exponent):
+    """Return a power, to the last digits: near 1 by the binomial series, a third of the time."""
+    x = base - 1.0
+    if abs(x) > NEAR_ONE:
+        return base**exponent
+    cubic = 1.0 + (exponent - 2.0) * x * (1.0 / 3.0) * (1.0 + (exponent - 3.0) * x * 0.25 * (1.0 + (exponent - 4.0) * x * 0.2))
+    return 1.0 + exponent * x * (1.0 + (exponent - 1.0) * x * 0.5 * cubic)
+
+
+@kernel
+def begin_gas(model, state, pressure, temperature, volume):
+    """Fill a volume (m^3) with gas of a gauge pressure (Pa) and a temperature (K): less than full below 0. Writes state, now."""
+    gas, chamber, vents = model.gas, state.gas, state.vents
+    ratio = 1.0 + pressure / gas.ambient_pressure
+    chamber[GasState.TIME] = state.now[History.TIME]
+    chamber[GasState.HEIGHT] = state.now[History.HEIGHT]
+    chamber[GasState.VOLUME] = chamber[GasState.NEXT_VOLUME] = volume
+    chamber[GasState.MASS] = ratio * gas.ambient_pressure * volume / (gas.gas_constant * temperature)
+    chamber[GasState.FREE_VOLUME] = volume * (ratio ** (1.0 / gas.exponent) if ratio > 1.0 else ratio)
+    chamber[GasState.PRESSURE] = gas.ambient_pressure + max(pressure, 0.0)
+    for k in range(vents.shape[0]):
+        opened = gas.vents[k, VentConstant.OPENS_AT_TIME] == -inf
+        vents[k, VentState.OPEN] = vents[k, VentState.SHARE] = 1.0 if opened else 0.0
+        vents[k, VentState.OPENED_AT] = 0.0 if opened else inf
+        vents[k, VentState.SHUT] = 0.0
+    record_gas(gas, chamber, vents, state.now, state.peaks, model.n1)
+
+
+@kernel
+def advance_gas(model, state):
+    """Advance the gas to the time of state.now, the shell to its next volume. Writes state.gas, vents; peaks; now."""
+    gas, chamber, vents, now = model.gas, state.gas, state.vents, state.now
+    length = now[History.TIME] - chamber[GasState.TIME]
+    if length <= 0.0:
+        return
+    volume = max(chamber[GasState.NEXT_VOLUME], SMALLEST_VOLUME * chamber[GasState.FREE_VOLUME])
+    if vents.shape[0] == 0 and gas.inflow.size == 0 and gas.leakage == 0.0 and gas.permeability[0] + gas.permeability[2] == 0.0:
+        change_volume(gas, chamber, now, volume)
+    else:
+        exchange(gas, chamber, vents, now, state.peaks, length, volume, model.n1)
+    chamber[GasState.TIME] = now[History.TIME]
+    chamber[GasState.HEIGHT] = now[History.HEIGHT]
+    record_gas(gas, chamber, vents, now, state.peaks, model.n1)
+
+
+@kernel
+def record_gas(gas, chamber, vents, now, peaks, n1):
+    """Write pressure (gauge), temperature and what else the history has of the gas to now, and raise the peaks."""
+    pressure, volume, mass = chamber[GasState.PRESSURE], chamber[GasState.VOLUME], chamber[GasState.MASS]
+    filled = min(volume, chamber[GasState.FREE_VOLUME])
+    now[History.PRESSURE] = pressure - gas.ambient_pressure
+    now[History.TEMPERATURE] = pressure * filled / (mass * gas.gas_constant)
+    now[History.GAS_MASS] = mass
+    now[History.VOLUME] = volume
+    now[History.GAS_ENERGY] = pressure * filled / (gas.gamma - 1.0)
+    now[History.VENT_FLOW] = 0.0
+    if vents.shape[0] > 0 or gas.leakage > 0.0 or gas.permeability[0] + gas.permeability[2] > 0.0:
+        for k in range(vents.shape[0]):
+            vents[k, VentState.SHARE] = vents[k, VentState.OPEN]
+        now[History.VENT_FLOW] = outflow(gas, chamber, vents, mass, chamber[GasState.FREE_VOLUME], volume)
+    raise_peak(peaks, Peak.PRESSURE, now[History.PRESSURE], now[History.TIME], float(n1))
+    raise_peak(peaks, Peak.TEMPERATURE, now[History.TEMPERATURE], now[History.TIME], float(n1))
+
+
+@kernel
+def change_volume(gas, chamber, now, volume):
+    """Take the gas to another volume (m^3), its mass kept. Writes chamber; work and heat to now."""
+    free, old = chamber[GasState.FREE_VOLUME], min(chamber[GasState.VOLUME], chamber[GasState.FREE_VOLUME])
+    before, new = chamber[GasState.PRESSURE], min(volume, free)
+    after = pressure_after(gas, before, free / chamber[GasState.VOLUME], free / volume)
+    if gas.exponent == 1.0:
+        work = before * old * log(new / old)
+    else:
+        work = (before * old - after * new) / (gas.exponent - 1.0)
+    now[History.GAS_WORK] += work
+    if gas.exponent != gas.gamma:
+        now[History.HEAT] += work + (after * new - before * old) / (gas.gamma - 1.0)
+    chamber[GasState.VOLUME] = volume
+    chamber[GasState.PRESSURE] = after
+
+
+@kernel
+def exchange(gas, chamber, vents, now, peaks, length, volume, n1):
+    """Take the gas to another volume (m^3) while some flows in and out for a time (s). Writes chamber, vents, peaks; now."""
+    start, end, open_in = chamber[GasState.TIME], now[History.TIME], gas.inflow.size > 0
+    middle = 0.5 * (start + end)
+    if open_in:
+        fill(gas, chamber, now, integral_of_table(gas.inflow_times, gas.inflow, start, middle), gas.inflow_temperature)
+    free, mass, old = chamber[GasState.FREE_VOLUME], chamber[GasState.MASS], chamber[GasState.VOLUME]
+    for k in range(vents.shape[0]):
+        vents[k, VentState.SHARE] = vents[k, VentState.OPEN]
+    left = mass_left(gas, chamber, vents, length, volume)
+    reached = pressure_after(gas, chamber[GasState.PRESSURE], free / old, free * (left / mass) / volume)
+    if switch_vents(gas, chamber, vents, now, peaks, length, reached, n1):
+        left = mass_left(gas, chamber, vents, length, volume)
+    half = 0.5 * (mass + left)
+    start_of, at_half, end_of = free, free * (half / mass), free * (left / mass)
+    pressure = release(gas, now, chamber[GasState.PRESSURE], start_of, at_half, old)
+    chamber[GasState.MASS], chamber[GasState.PRESSURE], chamber[GasState.FREE_VOLUME] = left, pressure, at_half
+    change_volume(gas, chamber, now, volume)
+    chamber[GasState.PRESSURE] = release(gas, now, chamber[GasState.PRESSURE], at_half, end_of, volume)
+    chamber[GasState.FREE_VOLUME] = end_of
+    draw_in(gas, chamber, vents, now, length)
+    if open_in:
+        fill(gas, chamber, now, integral_of_table(gas.inflow_times, gas.inflow, middle, end), gas.inflow_temperature)
+
+
+@kernel
+def release(gas, now, pressure, free, rest, volume):
+    """Let gas out of a volume (m^3) until the rest of its free volume is left. Returns the pressure (Pa) then.
+
+    At constant volume what the internal energy loses is the enthalpy that leaves, to the last digit; a limp wall follows at
+    ambient pressure. Writes enthalpy, and the work of a limp wall, to now.
+    """
+    after = pressure_after(gas, pressure, free / volume, rest / volume)
+    filled, left = min(free, volume), min(rest, volume)
+    limp = gas.ambient_pressure * (filled - left)
+    now[History.ENTHALPY_OUT] += (pressure * filled - after * left) / (gas.gamma - 1.0) + limp
+    now[History.GAS_WORK] -= limp
+    return after
+
+
+@kernel
+def fill(gas, chamber, now, mass, temperature):
+    """Add mass (kg) of a temperature (K) at constant volume; a limp wall moves out at ambient pressure. Writes chamber; now."""
+    if mass <= 0.0:
+        return
+    enthalpy = gas.gamma / (gas.gamma - 1.0) * gas.gas_constant * temperature * mass
+    volume, free = chamber[GasState.VOLUME], chamber[GasState.FREE_VOLUME]
+    limp = min(max(volume - free, 0.0), enthalpy * (gas.gamma - 1.0) / (gas.gamma * gas.ambient_pressure))
+    rest = enthalpy - limp * gas.gamma / (gas.gamma - 1.0) * gas.ambient_pressure
+    chamber[GasState.MASS] += mass
+    chamber[GasState.FREE_VOLUME] = free + limp
+    if rest > 0.0:
+        chamber[GasState.PRESSURE] += (gas.gamma - 1.0) * rest / volume
+        chamber[GasState.FREE_VOLUME] = volume * (chamber[GasState.PRESSURE] / gas.ambient_pressure) ** (1.0 / gas.exponent)
+    now[History.ENTHALPY_IN] += enthalpy
+    now[History.GAS_WORK] += gas.ambient_pressure * limp
+
+
+@kernel
+def draw_in(gas, chamber, vents, now, length):
+    """Let ambient gas into a limp shell, as into one that holds its volume by itself. Writes chamber, vents; now."""
+    volume, free, area = chamber[GasState.VOLUME], chamber[GasState.FREE_VOLUME], 0.0
+    if free >= volume:
+        return
+    ratio = (free / volume) ** gas.exponent  # inside over ambient pressure, if the wall were stiff
+    for k in range(vents.shape[0]):
+        if gas.vents[k, VentConstant.INFLOW] > 0.0:
+            area += vents[k, VentState.SHARE] * gas.vents[k, VentConstant.AREA] * coefficient(gas, k, ratio)
+    if area > 0.0:
+        thick = gas.ambient_pressure / (gas.gas_constant * gas.ambient_temperature)
+        mass = length * area * nozzle(gas, gas.ambient_pressure, thick, ratio, free / volume)
+        fill(gas, chamber, now, min(mass, (volume - free) * thick), gas.ambient_temperature)
+
+
+@kernel
+def mass_left(gas, chamber, vents, length, volume):
+    """Return the mass (kg) that is left after a time (s), while the volume goes on to another one (m^3): midpoint rule."""
+    mass, free, old = chamber[GasState.MASS], chamber[GasState.FREE_VOLUME], chamber[GasState.VOLUME]
+    between = 0.5 * (old + volume)
+    half = mass - 0.5 * length * outflow(gas, chamber, vents, mass, free, old)
+    half = min(max(half, mass * (between / free)), mass)  # not below ambient pressure
+    left = mass - length * outflow(gas, chamber, vents, half, free * (half / mass), between)
+    return min(max(left, mass * (volume / free)), mass)
+
+
+@kernel
+def outflow(gas, chamber, vents, mass, free, volume):
+    """Return what flows out (kg/s) through vents, as far as they are open in the step, and wall. Reads chamber's free area."""
+    if free <= volume:
+        return 0.0
+    root = volume / free  # of the pressures' ratio: the density outside over that inside
+    before = chamber[GasState.FREE_VOLUME] / chamber[GasState.VOLUME]
+    pressure, thick = pressure_after(gas, chamber[GasState.PRESSURE], before, free / volume), mass / volume
+    ratio, area = gas.ambient_pressure / pressure, gas.leakage * chamber[GasState.FREE_AREA]
+    for k in range(vents.shape[0]):
+        if vents[k, VentState.SHARE] > 0.0:
+            area += vents[k, VentState.SHARE] * gas.vents[k, VentConstant.AREA] * coefficient(gas, k, ratio)
+    through = thick * face_velocity(gas.permeability, pressure - gas.ambient_pressure) * chamber[GasState.FREE_AREA]
+    return through + area * nozzle(gas, pressure, thick, ratio, root)
+
+
+@kernel
+def nozzle(gas, pressure, density, ratio, root):
+    """Return the mass flux (kg/(m^2 s)) of an isentropic nozzle from a pressure (Pa) and density (kg/m^3) upstream.
+
+    ratio: of the pressure downstream to that; root: that of the densities, ratio^(1/gamma). Choked at and below gas.choking.
+    """
+    if ratio < gas.choking:
+        ratio, root = gas.choking, gas.choked_root
+    return sqrt(max(2.0 * gas.gamma / (gas.gamma - 1.0) * pressure * density * root * (root - ratio), 0.0))
+
+
+@kernel
+def coefficient(gas, k, ratio):
+    """Return the discharge coefficient of vent k at a ratio of pressures, outside over inside."""
+    ratios, values, last = gas.ratio, gas.discharge, gas.ratio.shape[1] - 1
+    if ratio <= ratios[k, 0]:
+        return values[k, 0]
+    for p in range(1, last + 1):
+        if ratio < ratios[k, p]:
+            share = (ratio - ratios[k, p - 1]) / (ratios[k, p] - ratios[k, p - 1])
+            return values[k, p - 1] + share * (values[k, p] - values[k, p - 1])
+    return values[k, last]
+
+
+@kernel
+def face_velocity(permeability, pressure):
+    """Return the velocity (m/s) through the wall at a pressure difference (Pa): a measured parabola, or Ergun's law."""
+    linear, quadratic, viscous, inertial = permeability[0], permeability[1], permeability[2], permeability[3]
+    if viscous > 0.0:
+        return 2.0 * pressure / (viscous + sqrt(viscous * viscous + 4.0 * inertial * pressure))
+    if quadratic < 0.0:
+        pressure = min(pressure, -0.5 * linear / quadratic)  # a wall lets no less through at a higher pressure
+    return pressure * (linear + quadratic * pressure)
+
+
+@kernel
+def switch_vents(gas, chamber, vents, now, peaks, length, reached, n1):
+    """Open and close vents within the step from chamber to now, at whose end the pressure (Pa, absolute) is reached.
+
+    Pressure and height are straight lines over the step. Of those that have closed only one that pressure opens and closes, a
+    relief valve, opens again. Writes vents, peaks. Returns whether some vent switched.
+    """
+    start, switched = chamber[GasState.TIME], False
+    before, after = chamber[GasState.PRESSURE] - gas.ambient_pressure, reached - gas.ambient_pressure
+    high, low = chamber[GasState.HEIGHT], now[History.HEIGHT]
+    for k in range(vents.shape[0]):
+        vent = gas.vents[k]
+        if vents[k, VentState.SHUT] > 0.0:
+            continue
+        shuts = falls_to(high, low, vent[VentConstant.CLOSES_AT_HEIGHT])
+        if vents[k, VentState.OPEN] > 0.0:
+            level = vent[VentConstant.CLOSES_AT_PRESSURE]
+            closes = falls_to(before, after, level) if before > level else inf
+            if min(shuts, closes) <= 1.0:
+                switched = True
+                vents[k, VentState.OPEN], vents[k, VentState.SHARE] = 0.0, min(shuts, closes)
+                again = shuts > 1.0 and vent[VentConstant.OPENS_AT_PRESSURE] < inf
+                vents[k, VentState.SHUT] = 0.0 if again else 1.0
+            continue
+        burst = falls_to(-before, -after, -vent[VentConstant.OPENS_AT_PRESSURE])
+        timed = max((vent[VentConstant.OPENS_AT_TIME] - start) / length, 0.0)
+        at = min(burst, timed, falls_to(high, low, vent[VentConstant.OPENS_AT_HEIGHT]))
+        if at <= 1.0 and shuts > 1.0:
+            switched = True
+            vents[k, VentState.OPEN], vents[k, VentState.SHARE] = 1.0, 1.0 - at
+            vents[k, VentState.OPENED_AT] = min(vents[k, VentState.OPENED_AT], start + at * length)
+            if at == burst:
+                raise_peak(peaks, Peak.PRESSURE, vent[VentConstant.OPENS_AT_PRESSURE], start + at * length, float(n1))
+    return switched
+
+
+@kernel
+def falls_to(before, after, level):
+    """Return at which part of a step a value falls to a level, 0 where it is there already; infinite where it does not."""
+    if before <= level:
+        return 0.0
+    return (before - level) / (before - after) if after <= level else inf
+
+
+@kernel
+def limit_with_gas(model, state, by_row, limit):
+    """Return the stable step (s) of shell and gas, by that of the shell alone: see core.loop.step_size.
+
+    Compression is one mode more, w² = n P Σ(a²/m)/V over all nodes and the cover, a of each no more than the product of its
+    longest edges. A rate of 2/dt that holds both is the root of rate² = rate·(2/limit) + w². So is what a higher pressure than
+    that of `limit` turns with the cloth: see pressure_bound. Venting adds its own rate.
+    """
+    if not has_state(model.gas):
+        return limit
+    shape, total, turned = model.shape, 0.0, 0.0
+    for i in range(ONE, uint64(model.n1)):
+        along = max(shape.h1[i - ONE] * (1.0 + by_row.e1[i - ONE]), shape.h1[i] * (1.0 + by_row.e1[i]))
+        around, per_mass = shape.h2[i] * (1.0 + by_row.e2[i]), model.per_mass[i]
+        total += (model.hoop.gas * along * around) ** 2 * per_mass
+        turned = max(turned, model.hoop.gas * per_mass * (along + around))
+    columns = model.hoop.whole
+    total = columns * (model.n2 * total + model.cover_area * model.cover_area / model.cargo_mass)
+    rate = 1.0 / limit
+    square = stiffness(model.gas, state.gas, total) + max(state.now[History.PRESSURE] - model.pressure.most, 0.0) * turned
+    return 2.0 / (rate + sqrt(rate * rate + square) + venting_rate(model.gas, state.gas))
+
+
+@kernel
+def stiffness(gas, chamber, areas):
+    """Return w² (1/s^2) of the gas for the sum of squared areas over masses (m^4/kg)."""
+    return gas.exponent * chamber[GasState.PRESSURE] * areas / min(chamber[GasState.VOLUME], chamber[GasState.FREE_VOLUME])
+
+
+@kernel
+def venting_rate(gas, chamber):
+    """Return how fast (1/s) the gas can leave at most, at the speed of sound."""
+    area = gas.leakage * chamber[GasState.FREE_AREA]
+    for k in range(gas.vents.shape[0]):
+        area += gas.vents[k, VentConstant.AREA]
+    volume = chamber[GasState.VOLUME]
+    return area / volume * sqrt(gas.gamma * chamber[GasState.PRESSURE] * volume / chamber[GasState.MASS])
