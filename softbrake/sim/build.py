@@ -150,7 +150,7 @@ def _belts(case: Case, membrane: Membrane, n1: int) -> tuple[Belts, Floats]:
 
 def _gas(case: Case) -> GasPressure:
     """Pressure in time."""
-    law = case.pressure
+    law = case.filling
     return GasPressure(
         law=int(PressureLaw[law.law.upper()]),
         value=law.value,
