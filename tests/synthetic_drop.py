@@ -5,6 +5,7 @@ from pathlib import Path
 import numpy as np
 
 from softbrake.case.case import Case
+from softbrake.case.sections.ambient import Ambient
 from softbrake.case.sections.belts import Belt
 from softbrake.case.sections.cargo import Cargo
 from softbrake.case.sections.fabric import Fabric
@@ -33,10 +34,16 @@ def case(generatrix: int = 36, hoop: int = 90, belts: int = 3) -> Case:
         contact=("ground",),
         initial="unloaded",
         friction=0.0,
+        leakage=0.0,
         tolerance=None,
         pressure=Pressure("constant", PRESSURE, 0.0, 0.0, (), (), 0.0),
+        gas=None,
+        ambient=Ambient(),
+        vents=(),
+        permeability=None,
+        inflator=None,
         grid=Grid(generatrix, hoop),
-        time=Time(0.5, 0.3),
+        time=Time(0.5, 0.3, "stop"),
         model=ModelChoice("edge", "full"),
         output=Output(0.002, 10, 180),
     )

@@ -95,7 +95,7 @@ def test_a_part_of_a_case_keeps_within_the_bounds_of_its_keys(change: Callable[[
 def test_every_part_of_a_case_has_bounds() -> None:
     """Also one that is added."""
     kinds = [section.kind for section in SECTIONS if is_dataclass(section.kind)]
-    assert len(kinds) == 9
+    assert len(kinds) == 14
     assert all(isinstance(kind, type) and issubclass(kind, Part) for kind in kinds)
 
 

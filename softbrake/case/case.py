@@ -3,22 +3,27 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, fields, replace
 from typing import Any, Literal
 
 from softbrake.case.full_stop import FullStop, full_stop
 from softbrake.case.keys import Key
 from softbrake.case.section import Draft, Part, Section
+from softbrake.case.sections.ambient import AMBIENT, Ambient
 from softbrake.case.sections.belts import BELTS, Belt
 from softbrake.case.sections.cargo import CARGO, Cargo
 from softbrake.case.sections.contact import CONTACT, PARTS
 from softbrake.case.sections.fabric import FABRIC, Fabric
+from softbrake.case.sections.gas import GAS, Gas
+from softbrake.case.sections.inflator import INFLATOR, Inflator
 from softbrake.case.sections.numerics import GRID, MODEL, TIME, Grid, ModelChoice, Time
 from softbrake.case.sections.output import OUTPUT, Output
-from softbrake.case.sections.pressure import PRESSURE, Pressure
+from softbrake.case.sections.permeability import PERMEABILITY, Permeability
+from softbrake.case.sections.pressure import PRESSURE, Pressure, constant
 from softbrake.case.sections.shell import SHELL, Shell
 from softbrake.case.sections.sweep import SWEEP
 from softbrake.case.sections.top import TOP
+from softbrake.case.sections.vents import VENTS, Vent
 from softbrake.case.units import Dimension
 
 
@@ -35,8 +40,14 @@ class Case(Part):
     contact: tuple[str, ...]  # what stops the fabric, of contact.PARTS
     initial: Literal["unloaded", "inflated"]  # shape at first contact
     friction: float  # Coulomb's coefficient on ground and cover
+    leakage: float  # effective part of the free wall area
     tolerance: float | None  # relative, of the impact velocity: then fidelity, grid and Courant number are chosen
-    pressure: Pressure
+    pressure: Pressure | None  # either a law or gas
+    gas: Gas | None
+    ambient: Ambient
+    vents: tuple[Vent, ...]
+    permeability: Permeability | None
+    inflator: Inflator | None
     grid: Grid
     time: Time
     model: ModelChoice
@@ -50,10 +61,28 @@ class Case(Part):
         super().__post_init__()
         for section in SECTIONS:
             value = getattr(self, section.name, None)
-            if not isinstance(value, (Part, tuple)):
+            if not (isinstance(value, (Part, tuple)) or (value is None and section.name in NONE_ALLOWED)):
                 raise ValueError(f"{section.name}: {value!r} is no section of a case")
         if strange := [part for part in self.contact if part not in PARTS]:
             raise ValueError(f"contact: {strange[0]!r} is no part; {', '.join(PARTS)} are expected")
+        if (self.pressure is None) == (self.gas is None):
+            raise ValueError("pressure, gas: exactly one of them is expected")
+
+    @property
+    def filling(self) -> Pressure:
+        """The law that the shell starts with: that of the pressure, or the constant one that inflates it with gas."""
+        if self.pressure is not None:
+            return self.pressure
+        assert self.gas is not None
+        return constant(max(self.gas.pressure, 0.0))
+
+    def under(self, pressure: Pressure) -> Case:
+        """Return the case, unloaded at first, under a pressure law instead of its own or its gas."""
+        case = replace(self, pressure=pressure, gas=None, initial="unloaded")
+        if self.gas is None:
+            return case
+        time = replace(self.time, after="stop")
+        return replace(case, vents=(), leakage=0.0, permeability=None, inflator=None, time=time)
 
     @property
     def free_fall_velocity(self) -> float:
@@ -66,8 +95,8 @@ class Case(Part):
         return full_stop(self.cargo.mass, self.cargo.velocity, self.gravity, self.shell.height, self.shell.diameter)
 
     @property
-    def without_contact(self) -> list[str]:
-        """Paths of inputs that do nothing, for the contact that they belong to is not asked for, or no fabric is there."""
+    def without_effect(self) -> list[str]:
+        """Paths of inputs that do nothing, for the contact, the fabric or the gas that they belong to is not there."""
         parts = () if self.model.fidelity == "lumped" else self.contact
         cargo, idle = self.cargo, []
         if self.friction > 0.0 and "ground" not in parts and "cover" not in parts:
@@ -75,11 +104,15 @@ class Case(Part):
         if "cargo" not in parts:
             idle += ["cargo.diameter"] if cargo.diameter != self.shell.diameter else []
             idle += ["cargo.height"] if cargo.height is not None else []
+        if self.gas is None and self.ambient != Ambient():
+            idle.append("ambient")
         return idle
 
 
+NONE_ALLOWED = ("pressure", "gas", "permeability", "inflator")
+_OF_GAS = (PRESSURE, GAS, AMBIENT, VENTS, PERMEABILITY, INFLATOR)
 # In the order of the fields of Case, each of its field's name. That of messages and documents has `contact` and `sweep` first.
-SECTIONS: tuple[Section, ...] = (SHELL, FABRIC, BELTS, CARGO, CONTACT, PRESSURE, GRID, TIME, MODEL, OUTPUT)
+SECTIONS: tuple[Section, ...] = (SHELL, FABRIC, BELTS, CARGO, CONTACT, *_OF_GAS, GRID, TIME, MODEL, OUTPUT)
 MAPPINGS = tuple(section for section in SECTIONS if section is not CONTACT)
 _BY_NAME = {section.name: section for section in SECTIONS}
 ALL = {section.name: section for section in (TOP, CONTACT, SWEEP, *MAPPINGS)}  # what a case file may have
@@ -95,18 +128,32 @@ def complete(draft: Draft) -> Case | None:
 
 
 def case_to_dict(case: Case) -> dict[str, Any]:
-    """The resolved case in SI numbers, in the sections of a case file: written as JSON, it is one that gives an equal Case."""
+    """The resolved case in SI numbers, in the sections of a case file: written as JSON, it is one that gives an equal Case.
+
+    What belongs to gas is left out where it says nothing.
+    """
     left_out = {"insists"} if case.insists else {"insists", "tolerance"}
+    left_out |= {"ambient"} if case.gas is None and case.ambient == Ambient() else set()
+    left_out |= {name for name in ("vents", "leakage", *NONE_ALLOWED) if not getattr(case, name)}
     values = {field.name: getattr(case, field.name) for field in fields(case) if field.name not in left_out}
     return {name: _BY_NAME[name].written(value) if name in _BY_NAME else value for name, value in values.items()}
 
 
 def key_at(path: str) -> Key | None:
-    """The key of a dotted path, as of an override; None if there is none."""
-    *parents, name = path.split(".")
-    section = TOP if not parents else _BY_NAME.get(parents[0])
-    keys = () if section is None else section.keys if len(parents) < 2 else section.each if len(parents) == 2 else ()
-    return next((key for key in keys if key.name == name), None)
+    """The key of a dotted path, as of an override, also of an item of a list; None if there is none."""
+    names = path.split(".")
+    section = TOP if len(names) == 1 else _BY_NAME.get(names.pop(0))
+    keys = () if section is None else section.keys
+    if section is not None and section.each and len(names) > 1:
+        keys, names = section.each, names[1:]
+    key = None
+    for name in names:
+        if key is not None and key.many:
+            key, keys = replace(key, many=False) if name.isdecimal() else None, ()
+        else:
+            key = next((one for one in keys if one.name == name), None)
+            keys = key.parts if key is not None else ()
+    return key
 
 
 def is_quantity(path: str) -> bool:

@@ -179,9 +179,14 @@ def _gather(node: Node, where: str, keys: Sequence[Key], found: dict[str, Number
     """Add the numbers of a mapping, which has no faults."""
     assert isinstance(node.value, dict)
     for key in keys:
-        if key.name not in node.value or not isinstance(key.kind, Dimension) or key.idle:
+        if key.name not in node.value or key.idle:
             continue
         item = node.value[key.name].value
+        if isinstance(item, dict):
+            _gather(node.value[key.name], join(where, key.name), key.parts, found)
+            continue
+        if not isinstance(key.kind, Dimension):
+            continue
         values = tuple(float(key.convert(one.value)) for one in item) if isinstance(item, list) else float(key.convert(item))
         if values if isinstance(values, float) else any(values):
             found[join(where, key.name)] = values

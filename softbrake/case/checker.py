@@ -8,7 +8,7 @@ from difflib import get_close_matches
 from typing import Any
 
 from softbrake.case.keys import Key
-from softbrake.case.units import POINT
+from softbrake.case.units import POINT, Dimension
 from softbrake.case.yaml_nodes import Node, Place, join
 
 CLOSE = 0.65  # of two names, from which on one may be meant for the other; vents and belts have 0.6
@@ -36,13 +36,14 @@ class Checker:
         path: str,
         keys: Sequence[Key],
         alternatives: Iterable[Sequence[Sequence[str]]] = (),
+        choices: Iterable[Sequence[Sequence[str]]] = (),
         others: Iterable[str] = (),
         complete: bool = True,
     ) -> Values:
         """Return SI values and defaults of a mapping, without what is faulty.
 
-        path: dotted, for messages; alternatives: choices, of each exactly one group of keys must be given; others: keys that are
-        read elsewhere; complete: whether missing keys are faults.
+        path: dotted, for messages; alternatives: of each exactly one group of keys must be given; choices: of each at most one
+        may be; others: keys that are read elsewhere; complete: whether missing keys are faults.
         """
         if not isinstance(node.value, dict):
             self.fault(node.place, path, "not a mapping", f"a mapping of {listed(keys)} is expected")
@@ -62,10 +63,16 @@ class Checker:
                     self.missing(node, path, key)
         for groups in alternatives:
             self.alternatives(node, path, groups, known, complete)
+        for groups in choices:
+            self.alternatives(node, path, groups, known, False)
         return values
 
     def value(self, node: Node, path: str, key: Key) -> Any:
-        """SI value of a key, None if it is faulty."""
+        """SI value of a key, of its parts a mapping; None if it is faulty."""
+        if key.parts and isinstance(node.value, dict):
+            told = len(self.faults)
+            parts = self.mapping(node, path, key.parts, key.part_groups)
+            return parts if len(self.faults) == told else None
         if not key.many:
             try:
                 return key.convert(node.value)
@@ -79,6 +86,25 @@ class Checker:
         single = replace(key, many=False, example=key.example.strip("[]").split(", ")[-1])
         values = tuple(self.value(item, join(path, number), single) for number, item in enumerate(node.value))
         return None if None in values else values
+
+    def table(self, node: Node, path: str, values: Values, rising: Key, other: Key) -> None:
+        """Two lists are as long as each other, and the values of the first increase."""
+        rows = values.get(rising.name)
+        if rows is None:
+            return
+        assert isinstance(node.value, dict) and isinstance(rising.kind, Dimension)
+        items = node.value[rising.name].value
+        assert isinstance(items, list)
+        what, order = ("time", "later than the time") if rising.kind is Dimension.TIME else ("value", "above the value")
+        for number in range(1, len(rows)):
+            if rows[number] <= rows[number - 1]:
+                expected = f"a {what} > {rows[number - 1]:g} {rising.kind.unit}".rstrip()
+                where = join(path, f"{rising.name}.{number}")
+                self.fault(items[number].place, where, f"not {order} before it", f"{expected} is expected")
+        if other.name in values and len(values[other.name]) != len(rows):
+            place, where = last_given(node, path, [other.name, rising.name])
+            fault = f"{len(values[other.name])} values for {len(rows)} {rising.name}"
+            self.fault(place, where, fault, f"a value for each {rising.name.removesuffix('s')} is expected")
 
     def unknown(self, place: Place, path: str, name: str, known: Sequence[str]) -> None:
         """Tell of a key that is none, and which one was probably meant."""

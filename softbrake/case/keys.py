@@ -10,6 +10,9 @@ from typing import Any
 
 from softbrake.case.units import Dimension, parse_quantity
 
+Groups = tuple[tuple[str, ...], ...]  # names of keys that are given together, and exclude those of the other groups
+Alternatives = tuple[Groups, ...]
+
 
 @dataclass(frozen=True)
 class Key:
@@ -30,12 +33,25 @@ class Key:
     begun: bool = False  # stands in the starter case though it may be left out
     instead: str = ""  # the key that it replaces: for starter case and schema, where both may stand
     idle: bool = False  # does nothing to the drop: accuracy, or what an answer is compared with
+    parts: tuple[Key, ...] = ()  # keys of a mapping that may stand instead of the one value
+    one_part: bool = False  # of which exactly one is given
+
+    @property
+    def part_groups(self) -> Alternatives:
+        """Choices among its parts."""
+        return (tuple((part.name,) for part in self.parts),) if self.one_part else ()
+
+    @property
+    def signed(self) -> bool:
+        """Whether it is a quantity that may be negative."""
+        return isinstance(self.kind, Dimension) and self.above is None and self.least is None
 
     @property
     def expected(self) -> str:
         """What is allowed for one value."""
         if isinstance(self.kind, tuple):
-            return " or ".join(map(str, self.kind))
+            names = ", ".join(part.name for part in self.parts)
+            return " or ".join(map(str, self.kind)) + (f", or one of {names} such as '{self.example}'," if self.parts else "")
         phrase = {int: "an integer", str: "a text"}[self.kind] if isinstance(self.kind, type) else self.kind.phrase
         limits = ((">", self.above), (">=", self.least), ("<=", self.most))
         bounds = " and ".join(f"{sign} {bound:g}" for sign, bound in limits if bound is not None)
@@ -131,9 +147,11 @@ class Key:
             value = {"type": "integer" if self.kind is int else "number"} | {k: v for k, v in bounds.items() if v is not None}
             if isinstance(self.kind, Dimension):
                 words = [{"const": "auto"}] if self.auto else []
-                value = {"anyOf": [value, *words, {"$ref": f"#/$defs/{self.kind.name.lower()}"}]}
+                value = {"anyOf": [value, *words, {"$ref": f"#/$defs/{'signed_' * self.signed}{self.kind.name.lower()}"}]}
         if self.many:
             value = {"type": "array", "minItems": 2, "items": value}
+        if self.parts:
+            value = {"anyOf": [value, mapping_schema(self.parts, self.part_groups)]}
         value["description"] = self.described
         if self.default is not None:
             value["default"] = self.default
@@ -143,25 +161,38 @@ class Key:
 
     def starter(self, indent: str, live: bool) -> str:
         """Its line of the starter case; one that is not live is commented out."""
-        return f"{indent}{'' if live else '# '}{self.name}: {self.example}".ljust(34) + f"# {self.described}"
+        return f"{indent}{'' if live else '# '}{self.name}: {self.example}".ljust(33) + f" # {self.described}"
 
 
-Alternatives = tuple[tuple[tuple[str, ...], ...], ...]  # choices; of each, exactly one group of keys must be given
+def mapping_schema(keys: Sequence[Key], alternatives: Alternatives = (), choices: Alternatives = ()) -> dict[str, Any]:
+    """JSON Schema of a mapping of keys.
 
-
-def mapping_schema(keys: Sequence[Key], alternatives: Alternatives = ()) -> dict[str, Any]:
-    """JSON Schema of a mapping of keys."""
+    Of each of the alternatives exactly one group of keys must be given, of each of the choices at most one.
+    """
     mapping: dict[str, Any] = {
         "type": "object",
         "properties": {key.name: key.schema() for key in keys},
         "required": [key.name for key in keys if key.required],
         "additionalProperties": False,
     }
-    if alternatives:
-        mapping["allOf"] = [{"oneOf": [_only(group, groups) for group in groups]} for groups in alternatives]
+    if alternatives or choices:
+        mapping["allOf"] = one_of(alternatives) + [{"oneOf": [*_each(groups), _none(groups)]} for groups in choices]
     return mapping
 
 
-def _only(group: tuple[str, ...], groups: tuple[tuple[str, ...], ...]) -> dict[str, Any]:
+def one_of(alternatives: Alternatives) -> list[dict[str, Any]]:
+    """JSON Schemas of a mapping that has exactly one group of keys of each of the alternatives."""
+    return [{"oneOf": _each(groups)} for groups in alternatives]
+
+
+def _each(groups: Groups) -> list[dict[str, Any]]:
+    return [_only(group, groups) for group in groups]
+
+
+def _none(groups: Groups) -> dict[str, Any]:
+    return {"not": {"anyOf": [{"required": [name]} for group in groups for name in group]}}
+
+
+def _only(group: tuple[str, ...], groups: Groups) -> dict[str, Any]:
     others = [{"required": [name]} for other in groups if other != group for name in other]
     return {"required": list(group), "not": {"anyOf": others}}

@@ -33,13 +33,14 @@ def overridden(root: Node, override: Override, sections: dict[str, Section], rep
     except YamlError as error:
         report(place, path.strip(), str(error), "a YAML value is expected")
         return root
-    return _Writer(value, place, sections.get(keys[0]) if len(keys) > 1 else None, report).put(root, "", keys)
+    return _Writer(value, place, sections[""], sections.get(keys[0]) if len(keys) > 1 else None, report).put(root, "", keys)
 
 
 @dataclass(frozen=True)
 class _Writer:
     value: Node
     place: Place
+    top: Section  # of the keys outside of all sections
     section: Section | None  # that the value belongs to
     report: Report
 
@@ -48,11 +49,16 @@ class _Writer:
         name, *deeper = keys
         if isinstance(node.value, dict):
             members = dict(node.value)
+            if not path:
+                self.top.give_way(members, name)
+            elif not deeper and self.section is not None:
+                self.section.give_way(members, name)
             if deeper:
-                members[name] = self.put(members.get(name, Node({}, self.place, self.place)), join(path, name), deeper)
+                empty, member = Node({}, self.place, self.place), members.get(name)
+                if member is None or (not isinstance(member.value, (dict, list)) and self.has_parts(name)):
+                    member = empty
+                members[name] = self.put(member, join(path, name), deeper)
             else:
-                if self.section is not None:
-                    self.section.give_way(members, name)
                 members[name] = self.value
             return replace(node, value=members)
         if not isinstance(node.value, list):
@@ -66,3 +72,9 @@ class _Writer:
         new = Node(self.value.value, self.place, self.place)
         items[number] = self.put(items[number], join(path, name), deeper) if deeper else new
         return replace(node, value=items)
+
+    def has_parts(self, name: str) -> bool:
+        """Whether a key may be a mapping instead of its one value."""
+        return self.section is not None and any(
+            key.name == name and key.parts for key in (*self.section.keys, *self.section.each)
+        )

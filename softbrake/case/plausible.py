@@ -63,7 +63,7 @@ class Foreseen(NamedTuple):
 
 def figures(case: Case) -> dict[str, float]:
     """Figures of RANGES in SI units, for a shell of its unloaded shape."""
-    shell, fabric, cargo, pressure = case.shell, case.fabric, case.cargo, case.pressure.largest
+    shell, fabric, cargo, pressure = case.shell, case.fabric, case.cargo, case.filling.largest
     around = math.pi * shell.diameter
     mass = around * (shell.height * fabric.areal_density + sum(belt.line_density for belt in case.belts))
     force = pressure * math.pi * shell.diameter**2 / 4

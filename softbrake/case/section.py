@@ -8,7 +8,7 @@ from typing import Any, ClassVar
 
 from softbrake.case.checker import Checker, Values
 from softbrake.case.keys import Alternatives, Key, mapping_schema
-from softbrake.case.yaml_nodes import Node, join
+from softbrake.case.yaml_nodes import Node, Place, join
 
 
 class Draft(Checker):
@@ -33,6 +33,17 @@ class Draft(Checker):
         if section not in self._built:
             self._built[section] = self.sections[section].build(self)
         return self._built[section]
+
+    def last_given(self, *paths: str) -> tuple[Place, str]:
+        """Place and path of the last given of some keys of any section; of the file where none is given."""
+        given = []
+        for path in paths:
+            node: Node | None = self.root
+            for name in path.split("."):
+                node = node.value.get(name) if node is not None and isinstance(node.value, dict) else None
+            if node is not None:
+                given.append((node.key, path))
+        return max(given, key=lambda item: item[0].order, default=(self.root.place, ""))
 
     def written(self, section: str) -> Values:
         """What the file gives in a section, as it is written, not checked."""
@@ -69,10 +80,12 @@ class Section:
     name: str
     kind: Callable[..., Any]  # what it becomes, of the values of its keys
     keys: tuple[Key, ...]
-    alternatives: Alternatives = ()
+    alternatives: Alternatives = ()  # of each exactly one group of keys must be given
+    choices: Alternatives = ()  # of each at most one group may be
     each: tuple[Key, ...] = ()  # keys of each item of a list, which may stand instead
     optional: bool = False  # may be left out
     physical: bool = False  # describes the drop, not its computation
+    begun: bool = True  # stands in the starter case; else only as comments
 
     def __post_init__(self) -> None:
         """Give the keys to what the section becomes."""
@@ -82,7 +95,7 @@ class Section:
     def read(self, draft: Draft) -> Any:
         """Check the section, tell faults to the draft and return the SI values of its keys; none where it is missing."""
         node = self.node(draft)
-        return {} if node is None else draft.mapping(node, self.name, self.keys, self.alternatives)
+        return {} if node is None else draft.mapping(node, self.name, self.keys, self.alternatives, self.choices)
 
     def build(self, draft: Draft) -> Any:
         """Return the part of the case; called when there are no faults."""
@@ -110,18 +123,31 @@ class Section:
         return [key for key in self.keys if key.required or key.name in first]
 
     def give_way(self, members: dict[str, Node], name: str) -> None:
-        """Drop from the section, or an item of it, the keys that one which is written over it stands for instead."""
-        for groups in self.alternatives:
+        """Drop from the section, an item or a part of it, the keys that one which is written over it stands for instead."""
+        of_parts = (groups for key in (*self.keys, *self.each) for groups in key.part_groups)
+        for groups in (*self.alternatives, *self.choices, *of_parts):
             if any(name in group for group in groups):
                 for other in [key for group in groups if name not in group for key in group]:
                     members.pop(other, None)
 
     def schema(self) -> dict[str, Any]:
         """JSON Schema of the section."""
-        return mapping_schema(self.keys, self.alternatives)
+        return mapping_schema(self.keys, self.alternatives, self.choices)
 
     def starter(self) -> list[str]:
         """Lines of the starter case."""
         needed = [] if self.optional else self.needed()
-        live = [key for key in self.keys if key in needed or key.default is not None or key.begun]
+        live = [key for key in self.keys if self.begun and (key in needed or key.default is not None or key.begun)]
         return [f"{'' if live else '# '}{self.name}:", *(key.starter("  ", key in live) for key in self.keys)]
+
+
+class Absent(Section):
+    """A section that may be left out, and then is None in the case."""
+
+    def read(self, draft: Draft) -> Values:
+        """No values where it is left out."""
+        return super().read(draft) if self.name in draft.members else {}
+
+    def build(self, draft: Draft) -> Any:
+        """None where it is left out."""
+        return super().build(draft) if self.name in draft.members else None

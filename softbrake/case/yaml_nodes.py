@@ -101,11 +101,10 @@ def parse(text: str, place_of: PlaceOf, report: Report, path: str = "") -> Node 
         return root
     except yaml.MarkedYAMLError as error:
         mark, began = error.problem_mark, error.context_mark
-        place = place_of(mark.line, mark.column) if mark else place_of(0, 0)
+        shown = mark
         if began and (mark is None or mark.index >= len(text.rstrip()) or error.context == "while scanning a simple key"):
-            place = place_of(began.line, began.column)  # what has no end is noticed further down, or behind the last line
-        elif mark and mark.index >= len(text):
-            place = place_of(*end_of(text.rstrip()))
+            shown = began  # what has no end is noticed further down, or behind the last line
+        place = place_of(*min((shown.line, shown.column), end_of(text.rstrip()))) if shown else place_of(0, 0)
         if mark and text[mark.index : mark.index + 1] == "\t":
             raise YamlError(place, "a tab", "spaces are expected in front of a key") from None
         raise YamlError(place, error.problem or "not YAML") from None

@@ -23,7 +23,7 @@ def check(case_file: CasePath, overrides: Overrides = None) -> None:
 
     opened = cases.read(case_file, overrides)
     case, designs = opened.case, cases.designs(opened)
-    cloth, pressure = case.fabric, case.pressure
+    cloth, pressure = case.fabric, case.filling
     chosen = f"chosen for an error of {case.tolerance:.2g}" if case.tolerance is not None else ""
     cells = chosen or f"{case.grid.generatrix} x {case.grid.hoop} cells (generatrix x hoop)"
     height_unit = opened.unit_of("belts.0.height") or opened.unit_of("shell.height") or "m"
@@ -37,7 +37,7 @@ def check(case_file: CasePath, overrides: Overrides = None) -> None:
         ("fidelity", case.model.fidelity),
         ("belts", f"{len(case.belts)}{f' at {heights} {height_unit}' if heights else ''}"),
         ("contact", contact_in_words(case.model.fidelity, case.contact)),
-        ("without effect", ", ".join(case.without_contact)),
+        ("without effect", ", ".join(case.without_effect)),
         ("pressure", f"{pressure.values[-1]:.4g} Pa from {pressure.times[-1]:.4g} s on" if pressure.times else ""),
         ("fabric", fabric_in_words(cloth.law, cloth.slack, cloth.G12, cloth.E11, cloth.E22)),
         ("", _values(opened, "fabric.E11", "fabric.E22", "fabric.areal_density", "fabric.strength")),
@@ -66,7 +66,7 @@ def _values(opened: CaseFile, *paths: str) -> str:
 
 def _gas(opened: CaseFile) -> str:
     """Pressure law in the units of the file; of a table its size and largest value."""
-    pressure = opened.case.pressure
+    pressure = opened.case.filling
     if pressure.times:
         units = (opened.unit_of(f"pressure.values.{row}") for row in range(len(pressure.times)))
         unit = next(filter(None, units), "")
@@ -78,7 +78,7 @@ def _gas(opened: CaseFile) -> str:
 def _derived(case: Case) -> list[tuple[str, str]]:
     """Figures to check by eye: what the values mean together, and what the run takes."""
     found, halt, run = figures(case), case.full_stop, foreseen(case)
-    full = halt.largest if case.pressure.law == "sine" else halt.mean
+    full = halt.largest if case.filling.law == "sine" else halt.mean
     lines = [("free-fall velocity", f"{case.free_fall_velocity:.5f} m/s")]
     if case.model.fidelity != "lumped":
         lines += [
@@ -87,7 +87,7 @@ def _derived(case: Case) -> list[tuple[str, str]]:
             ("damping ratio", f"{found['damping ratio']:.3g} of the breathing hoop"),
             ("shell mass", f"{found['shell mass over cargo mass']:.3g} of the cargo's"),
         ]
-    share = f"; the case has {case.pressure.largest / full:.3g} of it" if full > 0.0 else ""
+    share = f"; the case has {case.filling.largest / full:.3g} of it" if full > 0.0 else ""
     lines += [
         ("full stop", f"at {full / 1e3:.4g} kPa (section 2.2){share}"),
         ("full pressure", f"{shown(DECELERATION, found[DECELERATION], lambda _: '')} of deceleration, net of gravity"),

@@ -227,6 +227,7 @@ class Gas(NamedTuple):
     vents: Floats  # (vents, len(VentConstant))
     ratio: Floats  # (vents, k), ambient over inside pressure, increasing
     discharge: Floats  # (vents, k), coefficient there, linear between and level outside
+    closed: int  # 1: nothing gets in or out
     leakage: float  # effective part of the free wall area
     permeability: Floats  # (4,), m/(s Pa), m/(s Pa^2) of u over p; Pa s/m, Pa s^2/m^2 of p over u
     inflow_times: Floats  # s, (k,); none without inflator

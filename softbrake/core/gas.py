@@ -85,7 +85,7 @@ def advance_gas(model, state):
     if length <= 0.0:
         return
     volume = max(chamber[GasState.NEXT_VOLUME], SMALLEST_VOLUME * chamber[GasState.FREE_VOLUME])
-    if vents.shape[0] == 0 and gas.inflow.size == 0 and gas.leakage == 0.0 and gas.permeability[0] + gas.permeability[2] == 0.0:
+    if gas.closed == 1:
         change_volume(gas, chamber, now, volume)
     else:
         exchange(gas, chamber, vents, now, state.peaks, length, volume, model.n1)
@@ -105,7 +105,7 @@ def record_gas(gas, chamber, vents, now, peaks, n1):
     now[History.VOLUME] = volume
     now[History.GAS_ENERGY] = pressure * filled / (gas.gamma - 1.0)
     now[History.VENT_FLOW] = 0.0
-    if vents.shape[0] > 0 or gas.leakage > 0.0 or gas.permeability[0] + gas.permeability[2] > 0.0:
+    if gas.closed == 0:
         for k in range(vents.shape[0]):
             vents[k, VentState.SHARE] = vents[k, VentState.OPEN]
         now[History.VENT_FLOW] = outflow(gas, chamber, vents, mass, chamber[GasState.FREE_VOLUME], volume)
@@ -260,7 +260,7 @@ def coefficient(gas, k, ratio):
 def face_velocity(permeability, pressure):
     """Return the velocity (m/s) through the wall at a pressure difference (Pa): a measured parabola, or Ergun's law."""
     linear, quadratic, viscous, inertial = permeability[0], permeability[1], permeability[2], permeability[3]
-    if viscous > 0.0:
+    if viscous + inertial > 0.0:
         return 2.0 * pressure / (viscous + sqrt(viscous * viscous + 4.0 * inertial * pressure))
     if quadratic < 0.0:
         pressure = min(pressure, -0.5 * linear / quadratic)  # a wall lets no less through at a higher pressure

@@ -162,7 +162,12 @@ def _after(case: Case) -> After:
     """What follows where the cargo stands still."""
     if case.time.after == "stop":
         return After.STOP
-    return After.TOP if case.gas is not None and not case.ways else After.REBOUND
+    return After.REBOUND if case.gas is None or _is_open(case) else After.TOP
+
+
+def _is_open(case: Case) -> bool:
+    """Whether gas can get in or out."""
+    return bool(case.vents) or case.leakage > 0.0 or case.permeability is not None or case.inflator is not None
 
 
 def _most_gas_work(case: Case, pressure: GasPressure) -> float:
@@ -194,6 +199,7 @@ def _gas(case: Case) -> Gas:
         vents=np.array([_vent(vent) for vent in vents]).reshape(-1, len(VentConstant)),
         ratio=np.array([_padded(vent.pressure_ratio, most) for vent in vents]).reshape(-1, most),
         discharge=np.array([_padded(vent.discharge, most) for vent in vents]).reshape(-1, most),
+        closed=int(not _is_open(case)),
         leakage=case.leakage,
         permeability=np.zeros(4) if wall is None else np.array(astuple(wall)),
         inflow_times=np.array(() if inflator is None else inflator.times, float),

@@ -31,12 +31,12 @@ def inflate(case: Case, results: str | Path | None = None, tolerance: float = TO
         raise ValueError("a case of fidelity lumped has no grid of a shell to inflate; model.fidelity=full has")
     if case.model.fidelity == "auto":
         case = level(case, "axisymmetric", 2 * case.grid.generatrix, case.grid.hoop)  # at rest a shell is round
-    if case.pressure.largest == 0.0:
-        raise ValueError("there is no pressure to inflate the shell with; pressure.value or a table with one is expected")
-    late = case.pressure.start == 0.0
-    drop = Simulation(
-        replace(case, initial="unloaded", pressure=case.pressure.steady(case.pressure.largest) if late else case.pressure)
-    )
+    law = case.filling
+    if law.largest == 0.0:
+        expected = "gas.pressure > 0" if case.gas is not None else "pressure.value or a table with one"
+        raise ValueError(f"there is no pressure to inflate the shell with; {expected} is expected")
+    late = law.start == 0.0
+    drop = Simulation(case.under(law.steady(law.largest) if late else law))
     found = drop.inflate(tolerance)
     model, nodes = drop.whole_shell()
     xyz = np.stack([grid_view(part, model) for part in nodes[:3]], axis=-1)

@@ -89,7 +89,7 @@ def tension_scale(case: Case) -> float:
     With the paper's p = k_p rho_B V_0^2 / 2 and k_p = 4 this is p L / 2, L the shell's height; p is the largest pressure of the
     law. 4709 N/m in the paper's example. 0 without pressure: then there is no dimensionless form.
     """
-    return 0.5 * max(case.pressure.value, *case.pressure.values, 0.0) * case.shell.height
+    return 0.5 * case.filling.largest * case.shell.height
 
 
 class ResultFile:

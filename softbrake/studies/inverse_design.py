@@ -157,7 +157,7 @@ def ask(
         shown = unit_of(between.split(":")[1]) or shown
     elif path == "pressure.value":
         stop = case.full_stop
-        middle = stop.largest if case.pressure.law == "sine" else stop.mean
+        middle = stop.largest if case.filling.law == "sine" else stop.mean
         low, high = middle / REACH, middle * REACH
     elif isinstance(value := file.quantities().get(path), float):
         low, high = sorted((value / REACH, value * REACH))
@@ -233,9 +233,9 @@ def piston(case: Case) -> tuple[FullStop, list[tuple[float, Summary]]]:
     tried = []
     for share in PEAK_PLACES:
         peak_time = share * (1 - 1e-9) * stop.end_time  # (2.10) divides by the rest
-        law = replace(gas.pressure, law="sine", value=stop.largest, peak_time=peak_time, end_time=stop.end_time)
+        law = replace(gas.filling, law="sine", value=stop.largest, peak_time=peak_time, end_time=stop.end_time)
         time = replace(gas.time, end=2 * stop.end_time)
-        tried.append((peak_time, simulate(replace(gas, pressure=law, time=time))))
+        tried.append((peak_time, simulate(replace(gas.under(law), time=time))))
     return stop, tried
 
 

@@ -95,9 +95,9 @@ def survey(
 
 def find_limit(case: Case) -> MapPoint:
     """Inflate the shell of a case by the largest pressure of its law, and bisect for the largest stable step."""
-    pressure = case.pressure.steady(case.pressure.largest)
+    pressure = case.filling.steady(case.filling.largest)
     # Inflated with steps below any limit; the bound then stands for the state, whatever the case's coefficient.
-    drop = Simulation(replace(case, initial="unloaded", pressure=pressure, time=replace(case.time, courant=LOW)))
+    drop = Simulation(replace(case.under(pressure), time=replace(case.time, courant=LOW)))
     none = MapPoint((), np.nan, np.nan, (), case.time.courant)
     try:
         drop.inflate()

@@ -39,6 +39,7 @@ class Time(Part):
 
     courant: float  # part of the longest stable step; above 1 nothing says that the run is stable
     end: float  # s
+    after: Literal["stop", "rebound"]  # what ends the run: the first full stop, or lift-off
 
 
 @dataclass(frozen=True)
@@ -64,11 +65,11 @@ class _GridSection(Section):
 
 class _TimeSection(Section):
     def build(self, draft: Draft) -> Time:
-        """With the coefficient that `auto` stands for."""
-        time = draft.values(self.name)
-        if time["courant"] != "auto":
-            return Time(**time)
-        return Time(auto_courant(draft.built("shell"), draft.built("fabric"), draft.built("grid")), time["end"])
+        """With the coefficient that `auto` stands for; gas throws the cargo back."""
+        time = {"after": "rebound" if draft.built("gas") is not None else "stop", **draft.values(self.name)}
+        if time["courant"] == "auto":
+            time["courant"] = auto_courant(draft.built("shell"), draft.built("fabric"), draft.built("grid"))
+        return Time(**time)
 
 
 class _ModelSection(Section):
@@ -118,6 +119,13 @@ TIME = _TimeSection(
             auto="0.5",
         ),
         Key("end", Dimension.TIME, "of the run, if nothing stops it before", "1 s", default=1.0, above=0),
+        Key(
+            "after",
+            ("stop", "rebound"),
+            "the run ends at a full stop, or at lift-off",
+            "stop",
+            computed="stop, with gas rebound",
+        ),
     ),
     optional=True,
 )

@@ -45,6 +45,8 @@ class Pressure(Part):
 
 
 _DAMPING = Key("damping", Dimension.INVERSE_SPEED, "nu^n of (2.11): moving cloth feels less", "0 s/m", default=0.0, least=0)
+_TIMES = Key("times", Dimension.TIME, "increasing (table)", "[0 s, 0.1 s]", required=True, least=0, many=True)
+_VALUES = Key("values", Dimension.PRESSURE, "the last one holds on (table)", "[0 kPa, 15 kPa]", required=True, least=0, many=True)
 LAWS = {
     "constant": (Key("value", Dimension.PRESSURE, "excess pressure (constant)", "15696 Pa", required=True, least=0), _DAMPING),
     "sine": (
@@ -54,8 +56,8 @@ LAWS = {
         _DAMPING,
     ),
     "table": (
-        Key("times", Dimension.TIME, "increasing (table)", "[0 s, 0.1 s]", required=True, least=0, many=True),
-        Key("values", Dimension.PRESSURE, "the last one holds on (table)", "[0 kPa, 15 kPa]", required=True, least=0, many=True),
+        _TIMES,
+        _VALUES,
         _DAMPING,
     ),
 }
@@ -63,12 +65,26 @@ LAW = Key("law", tuple(LAWS), "over time; sine is (2.10)", "constant", required=
 _NONE = Pressure("constant", 0.0, 0.0, 0.0, (), (), 0.0)
 
 
+def constant(value: float) -> Pressure:
+    """Return the law of a constant pressure, Pa."""
+    return replace(_NONE, value=value)
+
+
 class _PressureSection(Section):
     def read(self, draft: Draft) -> Values:
-        """Keys of the law that is given."""
-        node = self.node(draft)
+        """Keys of the law that is given; none of a case with gas."""
+        node = draft.members.get(self.name)
         if node is None:
+            if not {self.name, "gas"} & (draft.members.keys() | draft.meant):
+                expected = (
+                    "a section such as 'pressure: {law: constant, value: 15696 Pa}' or 'gas: {pressure: 15.7 kPa}' is expected"
+                )
+                draft.fault(draft.root.place, "", "'pressure' and 'gas' are missing", expected)
             return {}
+        if "gas" in draft.members:
+            place, where = draft.last_given(self.name, "gas")
+            other = "gas" if where == self.name else self.name
+            draft.fault(place, where, f"given besides {other}", "either 'pressure' or 'gas' is expected")
         members = node.value if isinstance(node.value, dict) else {}
         law = members["law"].value if "law" in members else None
         if not isinstance(law, str) or law not in LAWS:
@@ -83,16 +99,16 @@ class _PressureSection(Section):
             draft.fault(members[name].key, join(self.name, name), fault, f"{listed(keys)} are expected")
         values = draft.mapping(node, self.name, keys, others=foreign)
         if law == "table":
-            _check_table(draft, node, values)
+            draft.table(node, self.name, values, _TIMES, _VALUES)
         elif law == "sine" and _full_stop_known(draft):
             _complete_sine(draft, node, values)
         if draft.values("").get("initial") == "inflated" and not draft.faults:
-            _check_initial(draft, replace(_NONE, **values))
+            check_inflatable(draft, replace(_NONE, **values).start, f"the {law} law", "a pressure at t = 0")
         return values
 
-    def build(self, draft: Draft) -> Pressure:
+    def build(self, draft: Draft) -> Pressure | None:
         """The law with what it does not use empty."""
-        return replace(_NONE, **draft.values(self.name))
+        return replace(_NONE, **draft.values(self.name)) if self.name in draft.members else None
 
     def written(self, part: Pressure) -> Values:
         """Keys of the law alone."""
@@ -123,22 +139,6 @@ def _law_schema(law: str) -> dict[str, Any]:
     return section
 
 
-def _check_table(draft: Draft, node: Node, values: Values) -> None:
-    times = values.get("times")
-    if times is None:
-        return
-    assert isinstance(node.value, dict)
-    items = node.value["times"].value
-    assert isinstance(items, list)
-    for number in range(1, len(times)):
-        if times[number] <= times[number - 1]:
-            expected = f"a time > {times[number - 1]:g} s is expected"
-            draft.fault(items[number].place, f"pressure.times.{number}", "not later than the time before it", expected)
-    if "values" in values and len(values["values"]) != len(times):
-        place, where = last_given(node, "pressure", ["values", "times"])
-        draft.fault(place, where, f"{len(values['values'])} values for {len(times)} times", "a value for each time is expected")
-
-
 def _full_stop_known(draft: Draft) -> bool:
     shell, cargo = draft.values("shell"), draft.values("cargo")
     return {"height", "diameter"} <= shell.keys() and {"mass", "velocity"} <= cargo.keys() and "gravity" in draft.values("")
@@ -159,12 +159,11 @@ def _complete_sine(draft: Draft, node: Node, values: Values) -> None:
         draft.fault(place, where, fault, "peak_time < end_time is expected")
 
 
-def _check_initial(draft: Draft, pressure: Pressure) -> None:
-    """A shell is inflated by the pressure it starts with."""
+def check_inflatable(draft: Draft, start: float, what: str, expected: str) -> None:
+    """A shell is inflated by the pressure (Pa, gauge) it starts with."""
     place, where = last_given(draft.root, "", ["initial"])
     if draft.values("model")["fidelity"] == "lumped":
-        expected = "initial: unloaded or another fidelity is expected"
-        draft.fault(place, where, "the lumped model has no shell to inflate", expected)
-    elif pressure.start == 0.0:
-        fault = f"the {pressure.law} law starts without pressure"
-        draft.fault(place, where, fault, "initial: unloaded, or a pressure at t = 0 is expected")
+        fault = "the lumped model has no shell to inflate"
+        draft.fault(place, where, fault, "initial: unloaded or another fidelity is expected")
+    elif start <= 0.0:
+        draft.fault(place, where, f"{what} starts without pressure", f"initial: unloaded, or {expected} is expected")

@@ -13,13 +13,16 @@ AUTO_TOLERANCE = 0.02  # that fidelity: auto aims at
 class _Top(Section):
     def read(self, draft: Draft) -> Values:
         """Beside the sections."""
-        return draft.mapping(draft.root, "", self.keys, others=[name for name in draft.sections if name])
+        others = [name for name in draft.sections if name]
+        return draft.mapping(draft.root, "", self.keys, choices=self.choices, others=others)
 
     def build(self, draft: Draft) -> Values:
-        """Fields of the case; it insists on a tolerance that the file names."""
-        top, automatic = draft.values(""), draft.values("model")["fidelity"] == "auto"
-        tolerance = AUTO_TOLERANCE if automatic else None
-        return {"title": draft.stem, "tolerance": tolerance, "insists": "tolerance" in top, **top}
+        """Fields of the case; it insists on a tolerance that the file names. A bag under pressure starts inflated."""
+        top, fidelity = draft.values(""), draft.values("model")["fidelity"]
+        tolerance = AUTO_TOLERANCE if fidelity == "auto" else None
+        full = draft.values("gas").get("pressure", 0.0) > 0.0 and fidelity != "lumped"
+        initial = "inflated" if full else "unloaded"
+        return {"title": draft.stem, "tolerance": tolerance, "initial": initial, "insists": "tolerance" in top, **top}
 
     def starter(self) -> list[str]:
         """At the margin."""
@@ -42,9 +45,18 @@ TOP = _Top(
             most=0.5,
             idle=True,
         ),
-        Key("initial", ("unloaded", "inflated"), "shape at first contact", "unloaded", default="unloaded"),
+        Key(
+            "initial",
+            ("unloaded", "inflated"),
+            "shape at first contact",
+            "unloaded",
+            computed="unloaded, with gas inflated",
+        ),
         Key("friction", Dimension.RATIO, "Coulomb's coefficient of fabric on ground and cover", "0.3", default=0.0, least=0),
+        Key("leakage", Dimension.RATIO, "effective part of the free wall area", "0.4 %", default=0.0, least=0, most=1),
     ),
+    alternatives=((("pressure",), ("gas",)),),
+    choices=((("leakage",), ("permeability",)),),
     optional=True,
     physical=True,
 )
