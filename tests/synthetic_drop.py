@@ -109,7 +109,7 @@ def summary() -> Summary:
         impact_time=END,
         free_fall_velocity=6.911,
         velocity_reduction=6.911 + cargo(END)[1],
-        minimum_height=cargo(END)[0],
+        lowest_height=cargo(END)[0],
         peak_deceleration=DECELERATION,
         peak_tension_generatrix=4e3,
         peak_tension_hoop=8e3,

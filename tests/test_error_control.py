@@ -102,7 +102,7 @@ class MadeUp:
         if fate == "diverged":
             raise Diverged("diverged at 0.01 s", replace(answer, outcome="diverged", impact_velocity=None))
         if fate == "time_limit":
-            answer = replace(answer, outcome="time_limit", impact_velocity=None, minimum_height=0.1)
+            answer = replace(answer, outcome="time_limit", impact_velocity=None, lowest_height=0.1)
         return answer, self.out(of, seed)
 
     def answer(self, of: Case, seed: int) -> Summary:
@@ -112,7 +112,7 @@ class MadeUp:
             self.base,
             outcome="impact" if energy > 0.0 else "stopped",
             impact_velocity=math.sqrt(energy) if energy > 0.0 else None,
-            minimum_height=0.0 if energy > 0.0 else of.shell.height * energy / (energy - of.cargo.velocity**2),
+            lowest_height=0.0 if energy > 0.0 else of.shell.height * energy / (energy - of.cargo.velocity**2),
             peaks={name: PeakValue(value, 0.1) for name, value in peaks.items()},
             model=replace(self.base.model, fidelity=of.model.fidelity, generatrix=of.grid.generatrix, hoop=of.grid.hoop),
             **peaks,

@@ -77,7 +77,7 @@ def test_mean_in_time_is_no_full_stop_over_the_way() -> None:
     """A piston under the sinusoids: an early peak stops it high above the ground, a late one lets it through."""
     stop, tried = piston(load_case(NO_BELTS))
     assert stop == full_stop(MASS, SPEED, GRAVITY, HEIGHT, 0.5)
-    assert tried[0][1].outcome == "stopped" and tried[0][1].minimum_height > 0.1
+    assert tried[0][1].outcome == "stopped" and tried[0][1].lowest_height > 0.1
     speeds = [summary.impact_velocity for _, summary in tried[1:]]
     assert speeds == sorted(speeds) and speeds[-1] > 4.0
     assert 0.0 < speeds[0] < 0.05 * SPEED  # by symmetry it would be back on the ground at t_k, so it was below

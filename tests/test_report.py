@@ -364,7 +364,7 @@ def test_killed_and_diverged_runs_have_a_page(tmp_path: Path) -> None:
     assert "not an answer" in Page(result_page(diverged)).words
 
 
-COLUMNS = "run,id,pressure.value,outcome,fault,impact_velocity,minimum_height,peak_deceleration,peak_tension_belt\n"
+COLUMNS = "run,id,pressure.value,outcome,fault,impact_velocity,lowest_height,peak_deceleration,peak_tension_belt\n"
 SWEEP = {  # as a sweep writes them: stops above the ground, lands, lands, bursts
     "plan.json": '{"title": "Sweep <1>", "case": {"title": "Sweep <1>", "cargo": {"mass": 123.5}}}',
     "results.csv": COLUMNS + "1,a,30000.0,stopped,,,0.1,98.0665,\n2,b,20000.0,impact,,1.5,0.0,49.03325,\n"

@@ -404,7 +404,7 @@ def test_columns_have_units_and_the_timings_come_last(tmp_path: Path) -> None:
         "impact_time": "s",
         "time_step": "s",
         "steps": "",
-        "minimum_height": "m",
+        "lowest_height": "m",
         "peak_deceleration": "m/s^2",
         "peak_deceleration_time": "s",
         "peak_tension_belt": "N/m",

@@ -406,7 +406,7 @@ def test_command(softbrake: Command, tmp_path: Path) -> None:
     # The setting it recommends, run as it prints it, is the one that it charted.
     words = shlex.split(next(line for line in done.stdout.splitlines() if line.startswith("  softbrake run")))
     case = package.load_case(words[2], [word for word in words[3:] if word != "--set"])
-    lowest = package.run(case).minimum_height
+    lowest = package.run(case).lowest_height
     keys = {"fidelity": case.model.fidelity, "generatrix [cells]": str(case.grid.generatrix)}
     same = [line for line in ran if all(line[key] == value for key, value in keys.items())]
     strokes = [float(line["stroke [m]"]) for line in same if float(line["courant [1]"]) == case.time.courant]

@@ -89,9 +89,11 @@ class GasState(IntEnum):
     FREE_VOLUME = 5  # m^3, that the gas would take at ambient pressure along its process: its entropy
     PRESSURE = 6  # Pa, absolute
     FREE_AREA = 7  # m^2, of the wall that nothing lies on, in the step
-    EXPECTED_VOLUME = 8  # m^3, at the end of the last step by the volume and its rate at its start
-    EXPECTED_AFTER = 9  # s, how long that step was; 0 where nothing was expected
-    CURVATURE = 10  # m^3/s^2, of the volume over the step: what that was off over the square of the step
+    VENTED = 8  # kg, out through vents and wall since the start
+    FILLED = 9  # kg, in since the start
+    EXPECTED_VOLUME = 10  # m^3, at the end of the last step by the volume and its rate at its start
+    EXPECTED_AFTER = 11  # s, how long that step was; 0 where nothing was expected
+    CURVATURE = 12  # m^3/s^2, of the volume over the step: what that was off over the square of the step
 
 
 class ContactCount(IntEnum):

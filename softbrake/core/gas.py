@@ -119,10 +119,8 @@ def change_volume(gas, chamber, now, volume):
     free, old = chamber[GasState.FREE_VOLUME], min(chamber[GasState.VOLUME], chamber[GasState.FREE_VOLUME])
     before, new = chamber[GasState.PRESSURE], min(volume, free)
     after = pressure_after(gas, before, free / chamber[GasState.VOLUME], free / volume)
-    if gas.exponent == 1.0:
-        work = before * old * log(new / old)
-    else:
-        work = (before * old - after * new) / (gas.exponent - 1.0)
+    isothermal, excess = gas.exponent == 1.0, gas.exponent - 1.0
+    work = before * old * log(new / old) if isothermal else (before * old - after * new) / excess
     now[History.GAS_WORK] += work
     if gas.exponent != gas.gamma:
         now[History.HEAT] += work + (after * new - before * old) / (gas.gamma - 1.0)
@@ -147,6 +145,7 @@ def exchange(gas, chamber, vents, now, peaks, length, volume, n1):
     half = 0.5 * (mass + left)
     start_of, at_half, end_of = free, free * (half / mass), free * (left / mass)
     pressure = release(gas, now, chamber[GasState.PRESSURE], start_of, at_half, old)
+    chamber[GasState.VENTED] += mass - left
     chamber[GasState.MASS], chamber[GasState.PRESSURE], chamber[GasState.FREE_VOLUME] = left, pressure, at_half
     change_volume(gas, chamber, now, volume)
     chamber[GasState.PRESSURE] = release(gas, now, chamber[GasState.PRESSURE], at_half, end_of, volume)
@@ -181,6 +180,7 @@ def fill(gas, chamber, now, mass, temperature):
     limp = min(max(volume - free, 0.0), enthalpy * (gas.gamma - 1.0) / (gas.gamma * gas.ambient_pressure))
     rest = enthalpy - limp * gas.gamma / (gas.gamma - 1.0) * gas.ambient_pressure
     chamber[GasState.MASS] += mass
+    chamber[GasState.FILLED] += mass
     chamber[GasState.FREE_VOLUME] = free + limp
     if rest > 0.0:
         chamber[GasState.PRESSURE] += (gas.gamma - 1.0) * rest / volume

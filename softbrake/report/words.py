@@ -18,12 +18,14 @@ def named(answer: str) -> str:
 def outcome_in_words(summary: Summary) -> str:
     """One sentence: how the run ended and when."""
     end = f"{summary.end_time:.5g} s"
-    lowest = f"the cover came down to {summary.minimum_height:.4g} m"
+    lowest = f"the cover came down to {summary.lowest_height:.4g} m"
     match summary.outcome:
         case "impact":
             return f"Impact: the cover reached the ground at {end}."
         case "stopped":
             return f"Stopped: the cargo came to rest at {end}; {lowest}."
+        case "rebound":
+            return f"Rebound: the cargo rose from the ground again at {end}; {lowest}."
         case "time_limit":
             return f"End of time: no impact by {end}; {lowest}."
         case "diverged":

@@ -19,6 +19,7 @@ TENSIONS = {
     "peak_tension_hoop": History.TENSION_HOOP,
     "peak_tension_belt": History.TENSION_BELT,
 }
+PEAKS = ("peak_deceleration", *TENSIONS)  # of Summary that a class filters
 COLUMNS = (History.TIME, History.HEIGHT, History.VELOCITY, *TENSIONS.values())  # of the history that filtered peaks need
 
 
@@ -86,7 +87,9 @@ def filtered_peaks(history: Floats, cfc: int, crushing: float, names: list[str])
         return FilteredPeaks(cfc, "rows that are no numbers")
     if (fault := unfit(time, cfc)) is not None:
         return FilteredPeaks(cfc, fault)
-    over = float(np.interp(-crushing, -height, time, right=np.inf))
+    low = np.flatnonzero(height <= crushing)
+    k = int(low[0]) if low.size else 0
+    over = float(np.interp(-crushing, -height[k - 1 : k + 1], time[k - 1 : k + 1])) if k > 0 else time[0] if low.size else np.inf
     peaks = {}
     for name in names:
         if name == "peak_deceleration":

@@ -34,6 +34,7 @@ from softbrake.sim.interrupt import held_interrupt
 from softbrake.sim.summary import (
     Ensemble,
     FilteredPeaks,
+    GasBalance,
     Inflation,
     ModelUsed,
     PeakValue,
@@ -68,7 +69,7 @@ POINT_FIELDS = {
 }
 # One value a snapshot. No name of a point or cell field: readers that look a name up in all of them would take the wrong one.
 SCALARS = {"cover_height": "m", "cargo_velocity": "m/s", "gas_pressure": "Pa"}
-FORMER = {"crossings": "missed_collisions", "ladder": "trials"}  # names in older files
+FORMER = {"crossings": "missed_collisions", "ladder": "trials", "minimum_height": "lowest_height"}  # names in older files
 FORMER_SCALARS = {"cover_height": "height", "cargo_velocity": "velocity"}
 HISTORY_DTYPE = np.dtype([(column.name.lower(), np.float64) for column in History])
 PARTS = ("shell", "belt", "lower cover", "upper cover", "ground")  # by the values of the cell array `part`
@@ -317,6 +318,7 @@ def read_summary(path: Path | str) -> Summary | None:
     with _of_this_version(path):
         text["peaks"] = {name: _read_peak(peak) for name, peak in text["peaks"].items()}
         text["work"] = Work(**text["work"])
+        text["gas"] = None if text.get("gas") is None else GasBalance(**text["gas"])
         text["model"] = ModelUsed(**text["model"])
         if text.get("ensemble") is not None:
             text["ensemble"] = Ensemble(**text["ensemble"])

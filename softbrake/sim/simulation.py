@@ -19,7 +19,22 @@ from softbrake.case.case_file import parse_case
 from softbrake.case.plausible import foreseen
 from softbrake.case.schema import starter
 from softbrake.case.sections.numerics import ONE_COLUMN, Fidelity, damping_ratio
-from softbrake.core.arrays import PAD, ContactCount, Floats, Meridian, Model, Nodes, Outcome, Peak, Source, State, Workspace
+from softbrake.core.arrays import (
+    PAD,
+    ContactCount,
+    Floats,
+    GasState,
+    Meridian,
+    Model,
+    Motion,
+    Nodes,
+    Outcome,
+    Peak,
+    Source,
+    State,
+    VentState,
+    Workspace,
+)
 from softbrake.core.columns import WORKS, History
 from softbrake.core.gas import begin_gas
 from softbrake.core.jit import PACKAGE, hash_sources
@@ -44,13 +59,15 @@ from softbrake.sim.build import (
     with_room,
 )
 from softbrake.sim.cores import memory
-from softbrake.sim.filters import COLUMNS, filtered_peaks, larger
+from softbrake.sim.filters import COLUMNS, PEAKS, filtered_peaks, larger
 from softbrake.sim.interrupt import held_interrupt
 from softbrake.sim.relax import TOLERANCE, Relaxation, relax
 from softbrake.sim.result_file import ResultFile
+from softbrake.sim.stored import stored_energy
 from softbrake.sim.summary import (
     LARGEST_GAIN,
     FilteredPeaks,
+    GasBalance,
     ModelUsed,
     PeakValue,
     Phase,
@@ -71,6 +88,7 @@ NODE_STEPS_PER_CHUNK = 2_000_000  # about 15 ms between chances for progress and
 HISTORY_ROWS = 4096
 VISCOUS = 1.5  # times longer would the stable step be without viscosity: then that is its limit
 CLOCK = time.perf_counter if sys.platform == "win32" else time.thread_time  # Windows counts CPU time by 16 ms, drops take 1
+TENSIONS = (Peak.TENSION_GENERATRIX, Peak.TENSION_HOOP, Peak.TENSION_BELT)
 NO_ROWS = 2**62  # steps between rows of a history that nobody reads
 UNDAMPED = 0.03  # damping ratio of the shortest wave below which tensions without a potential end either scheme
 LEAKY = 0.3  # below which they may end a run of the default one; see benchmarks/stability.py
@@ -196,13 +214,14 @@ class Simulation:
         self.kernel_seconds = 0.0
         if case.initial == "inflated" and case.model.fidelity != "lumped":  # gas alone has no shape
             self.inflate()
-            shape, stored = self.state.nodes, [-self.now(History.WORK_ELASTIC), -self.now(History.WORK_BELTS)]
+            shape = self.state.nodes
             self.state = build_state(case, self.model)
-            self.state.stored[:] = stored
             for part, inflated in zip(self.state.nodes[:3], shape[:3], strict=True):
                 part[:] = inflated
+            self.state.stored[:] = stored_energy(self.model, self.state.nodes)
         if case.gas is not None:
             begin_gas(self.model, self.state, case.gas.pressure, case.gas.temperature, self.volume())
+        self._gas_energy_start = self.now(History.GAS_ENERGY)
 
     def step(self, model: Model) -> Outcome:
         """Advance by one step of another model of the same arrays."""
@@ -294,45 +313,43 @@ class Simulation:
         return float(self.state.now[column])
 
     def energy_error(self) -> float:
-        """Return the residual of the work ledger over the initial kinetic plus potential energy."""
+        """Return the larger residual of work ledger and gas over the initial kinetic plus potential energy."""
         works = float(self.state.now[list(WORKS)].sum())
         residual = self.now(History.KINETIC_ENERGY) - float(self.state.kinetic_start[0]) - works
-        return residual / initial_energy(self.case, self.model)
+        gas = self.gas_balance()
+        in_gas = 0.0 if gas is None else gas.gained + gas.work + gas.enthalpy_out - gas.enthalpy_in - gas.heat
+        return max(residual, in_gas, key=abs) / initial_energy(self.case, self.model)
+
+    def gas_balance(self) -> GasBalance | None:
+        """Return the energy of the gas since the start; None of a pressure law."""
+        if self.case.gas is None:
+            return None
+        return GasBalance(
+            gained=self.now(History.GAS_ENERGY) - self._gas_energy_start,
+            work=self.now(History.GAS_WORK),
+            enthalpy_out=self.now(History.ENTHALPY_OUT),
+            enthalpy_in=self.now(History.ENTHALPY_IN),
+            heat=self.now(History.HEAT),
+        )
 
     def disturb(self, size: float, seed: int) -> None:
-        """Move each free node by normal deviates of a size (m), all columns alike in the axisymmetric shell.
-
-        The full shell's ledger takes what that can store at most as stored.
-        """
+        """Move each free node by normal deviates of a size (m), all columns alike in the axisymmetric shell."""
         model, nodes = self.model, self.state.nodes
         random = np.random.default_rng(seed)
         if self.case.model.fidelity in ONE_COLUMN:
             for values in (nodes.x, nodes.z):
                 values[1 : model.n1] += size * random.normal(size=model.n1 - 1)
+            self._keep_stored()
             return
         for values in (nodes.x, nodes.y, nodes.z):
             grid_view(values, model)[1:-1] += size * random.normal(size=(model.n1 - 1, model.n2))
         for row in range(1, model.n1):
             close_nodes(nodes, np.uint64(row * model.stride + PAD), model.n2)
-        self.state.stored[:] = np.maximum(self.state.stored, self._most_stored())
+        self._keep_stored()
 
-    def _most_stored(self) -> tuple[float, float]:
-        """Return no less than the elastic energy (J) of fabric and belts of the full shell as it is.
-
-        Energy rises with either elongation, so that of slack edges counts as 0, and c12 e1 e2 is at most c12 (e1² + e2²)/2.
-        """
-        fabric, copies = self.model.fabric, self.model.hoop.whole
-        h1, h2 = self.model.shape.h1[:-1, None], self.model.shape.h2[:, None]
-        places = np.stack([grid_view(part, self.model) for part in self.state.nodes[:3]], axis=-1)
-        up, along = np.diff(places, axis=0), np.roll(places, -1, axis=1) - places
-        e1 = np.maximum(np.linalg.norm(up, axis=-1) / h1 - 1.0, 0.0)
-        e2 = np.maximum(np.linalg.norm(along, axis=-1) / h2 - 1.0, 0.0)
-        cell = 0.5 * h1 * (h2[:-1] + h2[1:])
-        sine = np.sum((up + np.roll(up, -1, axis=1)) * (along[1:] + along[:-1]), axis=-1) / (4.0 * cell)
-        stored = (fabric.c11 + fabric.c12) * (cell * e1**2).sum() + fabric.g12 * (cell * sine**2).sum()
-        stored += (fabric.c22 + fabric.c12) * (0.5 * (h1[:-1] + h1[1:]) * h2[1:-1] * e2[1:-1] ** 2).sum()
-        belts = (h2 * self.model.belts.stiffness[:, None] * e2**2).sum()
-        return 0.5 * copies * float(stored), 0.5 * copies * float(belts)
+    def _keep_stored(self) -> None:
+        """Take what the shell stores as it is as stored from the start, where that is more."""
+        self.state.stored[:] = np.maximum(self.state.stored, stored_energy(self.model, self.state.nodes))
 
     def lopsided(self) -> float:
         """Return how far the full shell is out of round (m): largest standard deviation of radius or height along a hoop."""
@@ -398,7 +415,7 @@ class Simulation:
 
         def of(phase: Phase, peaks: Floats) -> PeakValue:
             value, when, row = (float(part) for part in peaks[which])
-            return PeakValue(value, when, None if which == Peak.DECELERATION else self._above_ground(row), phase)
+            return PeakValue(value, when, self._above_ground(row) if which in TENSIONS else None, phase)
 
         if self.now(History.HEIGHT) > self.model.crushing:
             return of("overshoot", self.state.peaks)
@@ -407,11 +424,14 @@ class Simulation:
     def _known(self) -> dict[str, Peak]:
         """Peaks that the run has, by their names in the answer."""
         lumped, belts = self.case.model.fidelity == "lumped", self.case.belts
-        known = [Peak.DECELERATION] if lumped else [which for which in Peak if which != Peak.TENSION_BELT or belts]
+        tensions = [Peak.TENSION_GENERATRIX, Peak.TENSION_HOOP, *([Peak.TENSION_BELT] if belts else [])]
+        gas = [] if self.case.gas is None else [Peak.PRESSURE, Peak.TEMPERATURE]
+        known = [Peak.DECELERATION, *([] if lumped else tensions), *gas]
         return {f"peak_{which.name.lower()}": which for which in known}
 
     def _filtered(self, kept: list[Floats]) -> FilteredPeaks:
-        return filtered_peaks(np.concatenate(kept), self.case.output.cfc, self.model.crushing, list(self._known()))
+        names = [name for name in self._known() if name in PEAKS]
+        return filtered_peaks(np.concatenate(kept), self.case.output.cfc, self.model.crushing, names)
 
     def _summary(self, outcome: str, wall_seconds: float, file: ResultFile | None, filtered: FilteredPeaks | None) -> Summary:
         case, self_contact, steps = self.case, self.state.self_contact, int(self.state.steps[0])
@@ -431,7 +451,7 @@ class Simulation:
             impact_time=None if impact is None else self.now(History.TIME),
             free_fall_velocity=free_fall,
             velocity_reduction=None if impact is None else free_fall - impact,
-            minimum_height=self.now(History.HEIGHT),  # a run ends where the cover would rise
+            lowest_height=min(self.now(History.HEIGHT), float(self.state.motion[Motion.LOWEST])),
             peak_deceleration=peaks["peak_deceleration"].value,
             peak_tension_generatrix=generatrix,
             peak_tension_hoop=hoop,
@@ -462,7 +482,19 @@ class Simulation:
             belt_margin=_margin(min((b.strength for b in case.belts if b.strength is not None), default=None), belt or 0.0),
             filtered=filtered,
             doubt=doubt_of(made),
+            rest_time=rest if math.isfinite(rest := float(self.state.motion[Motion.REST_TIME])) else None,
+            rebound_velocity=self.now(History.VELOCITY) if outcome == "rebound" else None,
+            peak_pressure=peaks["peak_pressure"].value if case.gas is not None else None,
+            peak_temperature=peaks["peak_temperature"].value if case.gas is not None else None,
+            vented_mass=float(self.state.gas[GasState.VENTED]) if case.gas is not None else None,
+            vent_opening_times=self._openings(),
+            gas=self.gas_balance(),
         )
+
+    def _openings(self) -> list[float | None] | None:
+        """When each vent opened first, s."""
+        times = self.state.vents[:, VentState.OPENED_AT].tolist()
+        return None if self.case.gas is None else [when if math.isfinite(when) else None for when in times]
 
     def _divergence(self) -> str:
         model, nodes = self.whole_shell()

@@ -86,6 +86,17 @@ class Work:
 
 
 @dataclass(frozen=True)
+class GasBalance:
+    """Energy of a gas with a state from the start to the end, J: what it gained is what came in less work and what went out."""
+
+    gained: float  # internal energy
+    work: float  # done on the wall, against the ambient pressure too
+    enthalpy_out: float
+    enthalpy_in: float
+    heat: float  # taken from the surroundings, of a process that is not adiabatic
+
+
+@dataclass(frozen=True)
 class Trial:
     """One level and grid tried for a tolerance."""
 
@@ -163,7 +174,7 @@ class Summary:
     """Answer of one run, SI units."""
 
     title: str = answer("", "of the case")
-    outcome: Literal["impact", "stopped", "time_limit", "diverged", "interrupted"] = answer(
+    outcome: Literal["impact", "stopped", "rebound", "time_limit", "diverged", "interrupted"] = answer(
         "", "how the run ended; of a diverged one the rest is no answer"
     )
     end_time: float = answer("s", "when the run ended, from first contact on")
@@ -171,10 +182,10 @@ class Summary:
     impact_time: float | None = answer("s", "from first contact on; None without impact")
     free_fall_velocity: float = answer("m/s", "after falling the shell's height unbraked")
     velocity_reduction: float | None = answer("m/s", "free-fall less impact velocity; None without impact")
-    minimum_height: float = answer("m", "lowest place of the upper cover")
+    lowest_height: float = answer("m", "lowest place of the upper cover")
     peak_deceleration: float = answer(
         "m/s^2",
-        "upwards, net of gravity, behind a one-way first-order low-pass of 1 kHz, which is no channel class; see filtered",
+        "upwards, net of gravity; with a shell behind a one-way first-order low-pass of 1 kHz, no channel class; see filtered",
     )
     peak_tension_generatrix: float | None = answer(
         "N/m", "largest tension along the generatrix; None of a lumped run, which has no shell"
@@ -182,14 +193,16 @@ class Summary:
     peak_tension_hoop: float | None = answer("N/m", "largest around the hoop; likewise")
     peak_tension_belt: float | None = answer("N/m", "largest of the belts; likewise, and None without belts")
     peaks: dict[str, PeakValue] = answer(
-        "", "time, place and phase of each; keys as the four fields above, where they are not None"
+        "", "time, place and phase of each; keys as the fields of their names, where they are not None"
     )
     work: Work = answer("", "done on cargo and shell, J")
     largest_penetration: float = answer("", "of folds into one another, over an unloaded cell")
     missed_collisions: int = answer(
         "", "how often a pair of folds was not kept from passing, in each step; not in the last 1e-5 m"
     )
-    energy_error: float = answer("", "residual of the work ledger over initial kinetic plus potential energy")
+    energy_error: float = answer(
+        "", "residual of the work ledger, or of the gas's own where that is larger, over initial kinetic plus potential energy"
+    )
     energy_made: dict[str, float] = answer("", "over that energy: the most that each gave beyond what it had, at any time")
     steps: int = answer("", "of time")
     time_step: float = answer("s", "mean")
@@ -217,6 +230,17 @@ class Summary:
     )
     doubt: str | None = answer("", "why peaks and velocity are not to be trusted; None where they are", default=None)
     ensemble: Ensemble | None = answer("", "the drops behind velocity and peaks where those are means; else None", default=None)
+    rest_time: float | None = answer("s", "when the cargo first stood still; None where it did not", default=None)
+    rebound_velocity: float | None = answer(
+        "m/s", "upwards, of the cargo back at the height of first contact; None without rebound", default=None
+    )
+    peak_pressure: float | None = answer(
+        "Pa", "gauge, of a gas with a state; None of a pressure law, as all that follows of the gas", default=None
+    )
+    peak_temperature: float | None = answer("K", "of the gas", default=None)
+    vented_mass: float | None = answer("kg", "of the gas, out through vents and wall", default=None)
+    vent_opening_times: list[float | None] | None = answer("s", "of each vent, None of one that stayed closed", default=None)
+    gas: GasBalance | None = answer("", "energy of the gas, J", default=None)
     results_fault: str | None = answer("", "why the result file lacks what came last; None where it is whole", default=None)
 
 

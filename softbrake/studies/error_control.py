@@ -248,8 +248,8 @@ def kinetic(case: Case, summary: Summary) -> float:
     """
     if summary.impact_velocity is not None:
         return summary.impact_velocity**2
-    stroke = case.shell.height - summary.minimum_height
-    return -(case.cargo.velocity**2) * summary.minimum_height / max(stroke, 1e-9 * case.shell.height)
+    stroke = case.shell.height - summary.lowest_height
+    return -(case.cargo.velocity**2) * summary.lowest_height / max(stroke, 1e-9 * case.shell.height)
 
 
 def speed_range(energy: float, error: float) -> tuple[float, float]:

@@ -82,8 +82,8 @@ class Target:
             return 0.5 * (summary.impact_velocity**2 - self.value**2)
         if summary.outcome != "stopped":
             raise ValueError(f"neither impact nor stop by {summary.end_time:g} s")
-        fallen = max(case.shell.height - summary.minimum_height, 1e-9 * case.shell.height)
-        return -0.5 * case.cargo.velocity**2 * summary.minimum_height / fallen - 0.5 * self.value**2
+        fallen = max(case.shell.height - summary.lowest_height, 1e-9 * case.shell.height)
+        return -0.5 * case.cargo.velocity**2 * summary.lowest_height / fallen - 0.5 * self.value**2
 
 
 @dataclass(frozen=True)
@@ -343,7 +343,7 @@ def answer(summary: Summary, target: Target) -> str:
     """What a run gave, in words."""
     value: float | None = getattr(summary, target.name)
     if value is None:
-        return f"stopped at a height of {summary.minimum_height:.4g} m"
+        return f"stopped at a height of {summary.lowest_height:.4g} m"
     return target.in_unit(value)
 
 

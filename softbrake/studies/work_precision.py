@@ -263,7 +263,7 @@ def values_of(case: Case, summary: Summary) -> dict[str, float]:
     """Return the designer's quantities, keys and units as UNITS."""
     return {
         "impact_velocity": speed_of(summary),
-        "stroke": case.shell.height - summary.minimum_height,
+        "stroke": case.shell.height - summary.lowest_height,
         "peak_deceleration": summary.peak_deceleration,
         "peak_tension": max(summary.peak_tension_generatrix or 0.0, summary.peak_tension_hoop or 0.0),  # of the fabric
     }

@@ -18,7 +18,8 @@ PART_OF_PERIOD = 0.04  # longest step times the gas's frequency: a stroke is off
 def advance_lumped(model, state, _, history, interval, most, until):
     """Advance the cargo alone, as advance does with the shell: (2.4), (2.10). Returns the rows of history and the Outcome.
 
-    Exact for constant pressure, of second order else. The wall of a leaking gas is that of a cylinder below the cover. Nodes are drawn on a straight wall; they weigh and carry nothing.
+    Exact for constant pressure, of second order else. The wall of a leaking gas is a cylinder below the cover.
+    Nodes are drawn on a straight wall; they weigh and carry nothing.
     """
     now, nodes, rows, done, outcome = state.now, state.nodes, 0, 0, Outcome.RUNNING
     area, mass = model.hoop.whole * model.cover_area, model.hoop.whole * model.cargo_mass

@@ -66,7 +66,7 @@ def _answers(case: dict[str, Any], summary: Summary) -> str:
             note = "of strength over peak tension" if margin >= 0.0 else "the strength is exceeded"
             cards.append(Card(f"margin, {name}", margin_in_words(margin), [note], margin < 0.0))
     height = case["shell"]["height"]
-    cards.append(Card("stroke", f"{height - summary.minimum_height:.4g} m", [f"of {height:g} m"]))
+    cards.append(Card("stroke", f"{height - summary.lowest_height:.4g} m", [f"of {height:g} m"]))
     reason = "no error bar was asked for" if summary.fidelity_reason is None else f"error bars: {summary.fidelity_reason}"
     doubt = "" if summary.doubt is None else f'<p class="bad">{escape(summary.doubt)}</p>'
     return f'{doubt}{answers(cards)}<p class="note">{escape(reason)}</p>'
@@ -75,7 +75,7 @@ def _answers(case: dict[str, Any], summary: Summary) -> str:
 def _fall(summary: Summary) -> Card:
     """Impact velocity, or how low the cover came."""
     if summary.impact_velocity is None:
-        return Card("lowest height", f"{summary.minimum_height:.4g} m", ["no impact"])
+        return Card("lowest height", f"{summary.lowest_height:.4g} m", ["no impact"])
     error = "" if summary.impact_velocity_error is None else f" ± {summary.impact_velocity_error:.2g}"
     notes = [f"free fall {summary.free_fall_velocity:.3f} m/s"]
     if (found := summary.ensemble) is not None:

@@ -43,7 +43,7 @@ DRAWN = (
     *(Answer(f"peak_tension_{tension}", f"peak tension, {tension}", "kN/m", 1e-3) for tension in TENSIONS),
     Answer("fabric_margin", "margin, fabric", "%", 100.0),
     Answer("belt_margin", "margin, belts", "%", 100.0),
-    Answer("minimum_height", "lowest height", "m", 1.0),
+    Answer("lowest_height", "lowest height", "m", 1.0),
 )
 
 
