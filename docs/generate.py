@@ -26,6 +26,7 @@ from softbrake.case.section import Section
 from softbrake.case.sections import contact, pressure
 from softbrake.case.sections.sweep import SWEEP
 from softbrake.case.sections.top import TOP
+from softbrake.case.units import CELSIUS, UNITS
 from softbrake.cli.app import app
 from softbrake.core import columns
 from softbrake.sim import summary
@@ -87,17 +88,19 @@ def default(key: Key) -> str:
 
 
 def keys_table(some: Iterable[Key]) -> str:
-    """A row for each key."""
-    rows = [(code(key.name), key.purpose, allowed(key), default(key), code(key.example)) for key in some]
+    """A row for each key, and for those of a mapping that may stand instead of its value."""
+    named = [(name, one) for key in some for name, one in ((key.name, key), *((f"{key.name}.{p.name}", p) for p in key.parts))]
+    rows = [(code(name), key.purpose, allowed(key), default(key), code(key.example)) for name, key in named]
     return table(("key", "meaning", "unit or values", "default", "example"), rows)
 
 
 def alternatives(section: Section) -> str:
-    """In words, which keys of a section exclude one another."""
+    """In words, which keys of a section, or which sections, exclude one another."""
     said = []
-    for groups in section.alternatives:
-        choices = [" and ".join(code(name) for name in group) for group in groups]
-        said.append(f"Exactly one is required: {', or '.join(choices)}.")
+    for many, wanted in (("Exactly one is required", section.alternatives), ("At most one is allowed", section.choices)):
+        for groups in wanted:
+            names = [" and ".join(code(name) for name in group) for group in groups]
+            said.append(f"{many}: {', or '.join(names)}.")
     return "\n".join(said) + "\n" if said else ""
 
 
@@ -106,10 +109,12 @@ def keys_page() -> str:
     parts = [
         "# Keys of a case file\n",
         "A case file is YAML. A value is a number with a unit, such as `20 kN/m`; a bare number is in the SI unit of the table. "
-        "Units: " + ", ".join(code(unit) for unit in _units()) + ". They are joined by `*`, `/`, `^` or a space.\n",
+        "Units: " + ", ".join(code(unit) for unit in UNITS) + ". They are joined by `*`, `/`, `^` or a space. "
+        f"A temperature may be in `{CELSIUS}`.\n",
         "`softbrake init` writes a file with every key. `softbrake check CASE` lists all faults by line and column. "
         "`--set SECTION.KEY=VALUE` replaces one value.\n",
         "## Top level\n",
+        alternatives(TOP),
         keys_table(TOP.keys),
         "## contact\n",
         "What stops the fabric: one of these words, one part, or a list of parts. The default is `full`.\n",
@@ -121,6 +126,11 @@ def keys_page() -> str:
         if name == "pressure":
             parts.append(f"## {name}\n\n{keys_table([pressure.LAW])}\nThe other keys depend on the law.\n")
             parts += [f"### law: {law}\n\n{keys_table(own)}" for law, own in pressure.LAWS.items()]
+        elif name == "vents":
+            parts.append(
+                f"## vents\n\nA list of openings of the bag.{optional} A mapping of one key, such as "
+                f"`{{pressure: 60 kPa}}`, stands instead of a word.\n\n{keys_table(section.each)}"
+            )
         elif name == "belts":
             parts.append(f"## belts\n\nBelts at uniform spacing, or a list of belts.{optional} {alternatives(section)}")
             parts += ["### at uniform spacing\n", keys_table(section.keys), "### each belt of a list\n", keys_table(section.each)]
@@ -142,12 +152,6 @@ def usual_ranges() -> Iterable[tuple[str, str, str, str]]:
     """A row for each range."""
     for name, usual in RANGES.items():
         yield code(name) if key_at(name) else name, f"{usual.low:g}", f"{usual.high:g}", usual.reason
-
-
-def _units() -> Iterable[str]:
-    from softbrake.case.units import UNITS
-
-    return UNITS
 
 
 # Commands

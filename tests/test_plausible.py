@@ -11,13 +11,18 @@ from typer.testing import CliRunner
 
 from softbrake.case.case import key_at
 from softbrake.case.case_file import load_case, open_case
-from softbrake.case.plausible import DECELERATION, RANGES, figures, foreseen, implausible, shown, warnings_of, wave_speed
+from softbrake.case.plausible import DECELERATION, FILLED, RANGES, figures, foreseen, implausible, shown, warnings_of, wave_speed
 from softbrake.case.schema import starter
 from softbrake.cli.app import app
 from softbrake.sim import cores, simulation
 from softbrake.sim.simulation import Simulation, simulate
 
 PAPER = ROOT / "configs" / "paper.yaml"
+BAG = (
+    "gas.pressure=15.7 kPa",
+    "vents=[{area: 10 cm^2, discharge: 0.6}]",
+    "inflator={times: [0 s, 10 ms], mass_flow: [1 kg/s, 0 kg/s], temperature: 600 K}",
+)
 ABSURD = ("shell.diameter=1500 m", "fabric.E=300e6 kN/m", "fabric.areal_density=400")
 
 
@@ -48,17 +53,21 @@ def test_nothing_is_unusual_about_the_starter(tmp_path: Path) -> None:
 
 
 def test_every_range_is_of_a_key_or_a_figure_and_can_be_left() -> None:
-    case = load_case(PAPER)
-    names = {*figures(case), "CPU time"}
+    case, bag = load_case(PAPER), load_case(PAPER, BAG)
+    names = {*figures(case), *figures(bag), "CPU time"}
     assert {name for name in RANGES if key_at(name) is None} == names
     tables = {"pressure.values": "pressure={law: table, times: [0, 1], values: [0, 1e7]}"}
+    tables |= {"inflator.mass_flow": "inflator.mass_flow=[0, 100]"}
+    others = {"fabric.nu12": ("fabric.E11=100",), "fabric.nu21": ("fabric.E22=100",)}
+    others |= {"gas.gamma": ("gas.gas_constant=287",), "gas.gas_constant": ("gas.gamma=1.4",)}
+    law = ("pressure.", "fabric.")
     for name, usual in RANGES.items():
         assert usual.low < usual.high and usual.reason
         if name in names:
             continue
         value = tables.get(name, f"{name}={2.0 * usual.high}")
-        moduli = {"fabric.nu12": ("fabric.E11=100",), "fabric.nu21": ("fabric.E22=100",)}.get(name, ("fabric.nu12=0",))
-        found = dict(implausible(load_case(PAPER, [*moduli, value])))
+        besides = others.get(name, ("fabric.nu12=0",))
+        found = dict(implausible(load_case(PAPER, [*(() if name.startswith(law) else BAG), *besides, value])))
         assert name in found and usual.reason in found[name], name
 
 
@@ -86,6 +95,46 @@ def test_check_says_the_case_in_its_units_and_what_follows() -> None:
     assert "  run                 up to 15677 steps, about 0.78 s of CPU, 1.73 MB\n" in told
     table = "pressure={law: table, times: [0, 100 ms], values: [0, 15 kPa]}"
     assert "  gas                 table, 2 rows, at most 15 kPa\n" in invoke("check", table)[1]
+
+
+def test_check_says_gas_in_the_units_of_the_file_and_what_follows() -> None:
+    code, told, errors = invoke("check", *BAG, "gas.temperature=20 degC", "leakage=0.4 %", "ambient.pressure=1 bar")
+    assert (code, errors) == (0, "")
+    for line in (
+        "  gas                 adiabatic, pressure 15.7 kPa, temperature 293.15 K, gamma 1.4, gas_constant 287.053 J/kg/K\n",
+        "                      115700 Pa absolute, 0.162 kg in the unloaded cylinder\n",  # p V/(R T)
+        "                      speed of sound 343.2 m/s, choked below a pressure ratio of 0.5283\n",
+        "  ambient             pressure 1 bar, temperature 288.15 K\n",
+        "  vents               area 10 cm^2, discharge 0.6\n",
+        "  leakage             0.4 %\n",
+        "  inflator            0.005 kg by 0.01 s, temperature 600 K\n",
+        "  p R / E             0.196, stretch of the hoop at filling pressure\n",
+        "  filling pressure    2.143 g of deceleration, net of gravity\n",
+    ):
+        assert line in told, line
+    table = "vents.0.discharge={pressure_ratio: [0, 1], coefficient: [1, 0.5]}"
+    events = ("vents.0.opens.height=40 cm", "vents.0.closes.pressure=2 psi", "vents.0.inflow=allowed")
+    told = invoke("check", *BAG, table, *events)[1]
+    assert "area 10 cm^2, discharge 0.5 to 1, opens at 40 cm, closes at 2 psi, lets ambient gas in\n" in told
+    told = invoke("check", "gas={pressure: 1 kPa, process: polytropic, exponent: 1.2, name: helium}")[1]
+    assert "polytropic, pressure 1 kPa, temperature 288.15 K, gamma 1.66667, gas_constant 2077.26 J/kg/K, exponent 1.2\n" in told
+    cloth = ("permeability={linear: 2e-5 m/s/Pa, quadratic: -1e-10}",)
+    assert "  permeability        linear 2e-05 m/s/Pa, quadratic -1e-10 m/s/Pa^2\n" in invoke("check", *BAG, *cloth)[1]
+    assert "  without effect      ambient\n" in invoke("check", "ambient.altitude=3 km")[1]
+
+
+def test_figures_of_a_bag() -> None:
+    """The law's, at the gauge pressure of filling; vents together over the cover."""
+    two = "vents=[{area: 10 cm^2, discharge: 1}, {area: 20 cm^2, discharge: 1}]"
+    law, bag = load_case(PAPER, ["pressure.value=15.7 kPa"]), load_case(PAPER, [*BAG, two])
+    expected = figures(law)
+    expected[FILLED] = expected.pop(DECELERATION)
+    assert figures(bag) == pytest.approx(expected | {"vent area over cover": 0.003 / (math.pi * 0.25**2)})
+    limp = load_case(PAPER, ["gas.pressure=-1 kPa"])
+    assert figures(limp)[FILLED] == -limp.gravity
+    there, back = (foreseen(load_case(PAPER, [*changes, "time.end=1 s"])) for changes in ((), BAG))
+    assert there is not None and back is not None
+    assert back.steps == pytest.approx(2 * there.steps, abs=1)
 
 
 def test_absurd_values_are_named_by_every_command_that_runs(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

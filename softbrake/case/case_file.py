@@ -84,6 +84,16 @@ class CaseFile:
                 _gather(node, section.name, section.keys, found)
         return found
 
+    def quantity(self, path: str) -> float | None:
+        """Return one of `quantities`, or an item of one that is a list; None where it is not there."""
+        found = self.quantities()
+        whole, _, number = path.rpartition(".")
+        items = found.get(whole)
+        if isinstance(items, tuple) and number.isdecimal() and int(number) < len(items):
+            return items[int(number)]
+        value = found.get(path)
+        return value if isinstance(value, float) else None
+
 
 def name_of(path: str | Path) -> str:
     """Name of a case file as messages and results have it; - is stdin."""

@@ -123,7 +123,7 @@ class Checker:
     def alternatives(
         self, node: Node, path: str, groups: Sequence[Sequence[str]], keys: Mapping[str, Key], complete: bool
     ) -> None:
-        """One of the groups must be given in full, and none of another group."""
+        """One of the groups must be given, but for keys with a default, and none of another group."""
         assert isinstance(node.value, dict)
         started = [group for group in groups if any(name in node.value for name in group)]
         expected = " or ".join(" and ".join(f"'{name}'" for name in group) for group in groups)
@@ -133,7 +133,7 @@ class Checker:
             self.fault(place, where, f"given besides {' and '.join(others)}", f"either {expected} is expected")
         elif started:
             for name in started[0]:
-                if name not in node.value:
+                if name not in node.value and keys[name].default is None:
                     self.missing(node, path, keys[name])
         elif complete and not any(join(path, name) in self.meant for group in groups for name in group):
             first = keys[groups[0][0]]

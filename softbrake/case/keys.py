@@ -44,7 +44,8 @@ class Key:
     @property
     def signed(self) -> bool:
         """Whether it is a quantity that may be negative."""
-        return isinstance(self.kind, Dimension) and self.above is None and self.least is None
+        lowest = self.least if self.above is None else self.above
+        return isinstance(self.kind, Dimension) and (lowest is None or lowest < 0.0)
 
     @property
     def expected(self) -> str:
@@ -167,7 +168,8 @@ class Key:
 def mapping_schema(keys: Sequence[Key], alternatives: Alternatives = (), choices: Alternatives = ()) -> dict[str, Any]:
     """JSON Schema of a mapping of keys.
 
-    Of each of the alternatives exactly one group of keys must be given, of each of the choices at most one.
+    Of each of the alternatives exactly one group of keys must be given, of each of the choices at most one; keys of a group that
+    have a default may be left out.
     """
     mapping: dict[str, Any] = {
         "type": "object",
@@ -176,23 +178,13 @@ def mapping_schema(keys: Sequence[Key], alternatives: Alternatives = (), choices
         "additionalProperties": False,
     }
     if alternatives or choices:
-        mapping["allOf"] = one_of(alternatives) + [{"oneOf": [*_each(groups), _none(groups)]} for groups in choices]
+        spared = {key.name for key in keys if key.default is not None}
+        needed = [{"oneOf": [_only(group, groups, spared) for group in groups]} for groups in alternatives]
+        allowed = [{"anyOf": [_only(group, groups, spared) for group in ((), *groups)]} for groups in choices]
+        mapping["allOf"] = needed + allowed
     return mapping
 
 
-def one_of(alternatives: Alternatives) -> list[dict[str, Any]]:
-    """JSON Schemas of a mapping that has exactly one group of keys of each of the alternatives."""
-    return [{"oneOf": _each(groups)} for groups in alternatives]
-
-
-def _each(groups: Groups) -> list[dict[str, Any]]:
-    return [_only(group, groups) for group in groups]
-
-
-def _none(groups: Groups) -> dict[str, Any]:
-    return {"not": {"anyOf": [{"required": [name]} for group in groups for name in group]}}
-
-
-def _only(group: tuple[str, ...], groups: Groups) -> dict[str, Any]:
+def _only(group: tuple[str, ...], groups: Groups, spared: set[str]) -> dict[str, Any]:
     others = [{"required": [name]} for other in groups if other != group for name in other]
-    return {"required": list(group), "not": {"anyOf": others}}
+    return {"required": [name for name in group if name not in spared], "not": {"anyOf": others}}

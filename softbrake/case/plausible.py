@@ -8,10 +8,12 @@ from typing import NamedTuple
 
 from softbrake.case.case import Case, key_at
 from softbrake.case.sections.fabric import breathing_viscosity
+from softbrake.case.sections.gas import Gas
 from softbrake.case.sections.numerics import LUMPED_STEPS, ONE_COLUMN
 from softbrake.case.units import STANDARD_GRAVITY, Dimension, unit_size
 
 DECELERATION = "deceleration at full pressure"  # net of gravity
+FILLED = "deceleration at filling pressure"  # likewise, of gas
 
 
 class Range(NamedTuple):
@@ -37,11 +39,23 @@ RANGES = {
     "friction": Range(0.0, 1.5, "rubber on dry concrete has 1"),
     "pressure.value": Range(0.0, 5e5, "landing bags hold 3 to 100 kPa, airbags of cars for some milliseconds 300"),
     "pressure.values": Range(0.0, 5e5, "as the value of a constant pressure"),
+    "gas.pressure": Range(-1e5, 5e5, "as that of a pressure law"),
+    "gas.temperature": Range(150.0, 1000.0, "nights on Mars have 150 K, freshly inflated airbags of cars some 700"),
+    "gas.gamma": Range(1.0, 1.67, "monatomic gases have 5/3, heavy ones tend to 1"),
+    "gas.gas_constant": Range(50.0, 4200.0, "sulphur hexafluoride has 57 J/kg/K, hydrogen 4124"),
+    "ambient.pressure": Range(100.0, 1e7, "Mars has 600 Pa, Venus 9.2 MPa"),
+    "ambient.temperature": Range(90.0, 750.0, "Titan has 94 K, Venus 737"),
+    "leakage": Range(0.0, 0.2, "seams and fabrics leak some per mille, parachute cloth some per cent"),
+    "permeability.linear": Range(0.0, 0.01, "airbag cloth has up to 3e-5 m/s/Pa, parachute cloth up to 1e-3"),
+    "inflator.mass_flow": Range(0.0, 50.0, "inflators of cars peak at 1 to 3 kg/s"),
+    "inflator.temperature": Range(100.0, 2500.0, "stored gas cools as it expands, pyrotechnic gas has 600 to 1500 K"),
     "time.end": Range(1e-3, 60.0, "a drop lasts a tenth of a second to a few"),
     "pressure times radius over E": Range(0.0, 0.5, "fabrics break at stretches of 0.03 to 0.5"),
     "shell mass over cargo mass": Range(0.0, 1.0, "the shell is carried for the cargo"),
     "damping ratio": Range(0.0, 1.0, "of the breathing hoop; measured ones of fabrics are 0.01 to 0.1"),
+    "vent area over cover": Range(0.0, 1.0, "of all vents together; those of landing bags take some per cent"),
     DECELERATION: Range(-math.inf, 200.0 * STANDARD_GRAVITY, "rugged electronics bear 200 g"),
+    FILLED: Range(-math.inf, 200.0 * STANDARD_GRAVITY, "as at full pressure; a bag's peak is higher"),
     "CPU time": Range(0.0, 3600.0, "an hour; a coarser grid or another fidelity takes less"),
 }
 
@@ -56,7 +70,7 @@ FOLDED = 2.0  # times as long with folds in contact
 class Foreseen(NamedTuple):
     """What a run takes, as far as the case says."""
 
-    steps: int  # at most, of a drop that comes to rest by the end of its stroke
+    steps: int  # at most, of a drop that comes to rest by the end of its stroke, and comes back as fast
     seconds: float  # of CPU
     memory: int  # bytes
 
@@ -64,17 +78,31 @@ class Foreseen(NamedTuple):
 def figures(case: Case) -> dict[str, float]:
     """Figures of RANGES in SI units, for a shell of its unloaded shape."""
     shell, fabric, cargo, pressure = case.shell, case.fabric, case.cargo, case.filling.largest
+    cover = math.pi * shell.diameter**2 / 4
     around = math.pi * shell.diameter
     mass = around * (shell.height * fabric.areal_density + sum(belt.line_density for belt in case.belts))
-    force = pressure * math.pi * shell.diameter**2 / 4
     critical = breathing_viscosity(1.0, shell.diameter, fabric.areal_density, fabric.E22, fabric.contraction)
     found = {
         "pressure times radius over E": pressure * shell.diameter / 2 / fabric.E22,
         "shell mass over cargo mass": mass / cargo.mass,
         "damping ratio": fabric.viscosity / critical,
-        DECELERATION: force / cargo.mass - case.gravity,
     }
-    return {name: found[name] for name in found if case.model.fidelity != "lumped" or name == DECELERATION}
+    if case.model.fidelity == "lumped":
+        found = {}
+    if case.vents:
+        found["vent area over cover"] = sum(vent.area for vent in case.vents) / cover
+    return found | {deceleration(case): pressure * cover / cargo.mass - case.gravity}
+
+
+def deceleration(case: Case) -> str:
+    """Name of the figure of the deceleration at the pressure that the case gives."""
+    return DECELERATION if case.gas is None else FILLED
+
+
+def unloaded_mass(case: Case, gas: Gas) -> float:
+    """Mass of gas (kg) that the unloaded cylinder of a case holds as it is filled."""
+    volume = math.pi * case.shell.diameter**2 / 4 * case.shell.height
+    return (case.ambient.pressure + gas.pressure) * volume / (gas.gas_constant * gas.temperature)
 
 
 def wave_speed(case: Case) -> float:
@@ -89,7 +117,8 @@ def foreseen(case: Case, results: bool = True) -> Foreseen | None:
     rows, columns = case.grid.generatrix + 1, case.grid.hoop
     computed = rows * (1 if case.model.fidelity in ONE_COLUMN else columns)
     folds = "folds" in case.contact and case.model.fidelity != "lumped"
-    duration = min(case.time.end, 2 * case.shell.height / case.cargo.velocity)
+    strokes = 2 if case.time.after == "rebound" else 1  # down, and up again
+    duration = min(case.time.end, strokes * 2 * case.shell.height / case.cargo.velocity)
     steps = math.ceil(duration / _step(case))
     pace = PACE[case.model.fidelity] * (FOLDED if folds else 1.0)
     state = STATE_FOLDS if folds else STATE_BELTS if "belts" in case.contact else STATE
@@ -119,7 +148,7 @@ def warnings_of(cases: Iterable[Case], unit_of: Callable[[str], str] = lambda _:
 
 def shown(name: str, value: float, unit_of: Callable[[str], str]) -> str:
     """A value of a key in the user's unit, or of a figure in a common one."""
-    if name == DECELERATION:
+    if name in (DECELERATION, FILLED):
         return f"{value / STANDARD_GRAVITY:.4g} g"
     key = key_at(name)
     if key is None or not isinstance(key.kind, Dimension):
@@ -134,8 +163,8 @@ def _keys(case: Case) -> Iterator[tuple[str, float]]:
         if key_at(path) is None:
             continue
         section, _, name = path.rpartition(".")
-        value = getattr(getattr(case, section) if section else case, name)
-        if value == ():
+        value = getattr(getattr(case, section) if section else case, name, None)  # a part that is not there has none
+        if value is None or value == ():
             continue
         yield path, max(value) if isinstance(value, tuple) else value
 

@@ -136,16 +136,13 @@ def designs_of(file: CaseFile, vary: Sequence[str] = (), settings: Mapping[str, 
 
 def key_of(path: str) -> Key | None:
     """The key of one value at a dotted path, which may be an item of a list; None where there is none."""
-    whole, _, number = path.rpartition(".")
-    key = key_at(whole if number.isdecimal() else path)
-    if key is None or key.many != number.isdecimal():
-        return None
-    return replace(key, many=False)
+    key = key_at(path)
+    return None if key is None or key.many else key
 
 
 def _axis(values: _Values) -> Axis:
     """The axis of values that are without faults."""
-    key, units = key_of(values.path), {unit_of(text) for text in values.texts} or {values.unit}
+    key, units = key_of(values.path), {unit_of(text) for text in values.texts} or {unit_of(f"0 {values.unit}")}
     if key is None or not isinstance(key.kind, Dimension):
         return Axis(values.path, "", values.log)
     asked = units.pop() if len(units) == 1 else ""

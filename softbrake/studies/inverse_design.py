@@ -151,6 +151,8 @@ def ask(
     goal, case, key = _target(target), file.case, key_at(path)
     if key is None or not isinstance(key.kind, Dimension) or not is_quantity(path):
         raise ValueError(f"--find {path}: not a quantity of the drop; a path such as pressure.value or fabric.E is expected")
+    if path.startswith("pressure.") and case.gas is not None:
+        raise ValueError(f"--find {path}: the case has gas, no pressure law; a path such as gas.pressure is expected")
     shown = file.unit_of(path) or key.kind.unit
     if between is not None:
         low, high = _between(between, key.kind)
@@ -159,7 +161,7 @@ def ask(
         stop = case.full_stop
         middle = stop.largest if case.filling.law == "sine" else stop.mean
         low, high = middle / REACH, middle * REACH
-    elif isinstance(value := file.quantities().get(path), float):
+    elif (value := file.quantity(path)) is not None:
         low, high = sorted((value / REACH, value * REACH))
     else:
         raise ValueError(f"--find {path}: the case gives no value to start from; --range LOW:HIGH is expected")

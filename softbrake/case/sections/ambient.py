@@ -8,6 +8,7 @@ from softbrake.case.checker import Values
 from softbrake.case.keys import Key
 from softbrake.case.section import Draft, Part, Section
 from softbrake.case.units import Dimension
+from softbrake.case.yaml_nodes import Node
 
 PRESSURE, TEMPERATURE = 101325.0, 288.15  # Pa, K: of the International Standard Atmosphere at sea level
 LOWEST, HIGHEST = -5e3, 80e3  # m, of that atmosphere
@@ -37,6 +38,11 @@ class _AmbientSection(Section):
             ambient["pressure"], ambient["temperature"] = standard_atmosphere(ambient.pop("altitude"))
         return ambient
 
+    def give_way(self, members: dict[str, Node], name: str) -> None:
+        """An altitude stands for both; neither of both stands for it."""
+        if name == "altitude":
+            super().give_way(members, name)
+
 
 AMBIENT = _AmbientSection(
     "ambient",
@@ -54,7 +60,7 @@ AMBIENT = _AmbientSection(
             instead="pressure and temperature",
         ),
     ),
-    choices=((("pressure",), ("altitude",)), (("temperature",), ("altitude",))),
+    choices=((("pressure", "temperature"), ("altitude",)),),
     optional=True,
     physical=True,
     begun=False,

@@ -32,9 +32,9 @@ class _PermeabilitySection(Absent):
             return values
         check_flow(draft, self.name)
         for names in (("linear", "quadratic"), ("viscous", "inertial")):
-            if names[0] in values and not any(values.get(name, 1.0 if name in node.value else 0.0) for name in names):
+            if values.get(names[0]) == 0.0 and values.get(names[1], 1.0) <= 0.0:
                 place, where = last_given(node, self.name, names)
-                draft.fault(place, where, "no permeability", f"{names[0]} or {names[1]} other than 0 is expected")
+                draft.fault(place, where, "nothing goes through", f"{names[0]} or {names[1]} > 0 is expected")
         return values
 
     def written(self, part: Permeability) -> Values:
@@ -48,12 +48,19 @@ PERMEABILITY = _PermeabilitySection(
     Permeability,
     (
         Key("linear", Dimension.PERMEABILITY, "of u = linear dp + quadratic dp^2", "2e-5 m/s/Pa", least=0),
-        Key("quadratic", Dimension.PERMEABILITY_SLOPE, "with linear; measured ones may be negative", "-1e-10 m/s/Pa^2"),
+        Key("quadratic", Dimension.PERMEABILITY_SLOPE, "with linear; may be negative", "-1e-10 m/s/Pa^2", default=0.0),
         Key("viscous", Dimension.VISCOUS_RESISTANCE, "of dp = viscous u + inertial u^2", "5e4 Pa*s/m", least=0, instead="linear"),
-        Key("inertial", Dimension.INERTIAL_RESISTANCE, "with viscous", "1e3 Pa*s^2/m^2", least=0, instead="quadratic"),
+        Key(
+            "inertial",
+            Dimension.INERTIAL_RESISTANCE,
+            "with viscous",
+            "1e3 Pa*s^2/m^2",
+            default=0.0,
+            least=0,
+            instead="quadratic",
+        ),
     ),
-    alternatives=((("linear",), ("viscous",)),),
-    choices=((("quadratic",), ("viscous",)), (("linear",), ("inertial",)), (("quadratic",), ("inertial",))),
+    alternatives=((("linear", "quadratic"), ("viscous", "inertial")),),
     optional=True,
     physical=True,
     begun=False,

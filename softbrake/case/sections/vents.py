@@ -169,6 +169,8 @@ def _check(draft: Draft, node: Node, path: str, vent: Values) -> None:
         fault = f"{vent['area']:.6g} m^2 is wider than the cover"
         draft.fault(place, where, fault, f"an area up to that of the cover, {cover:.6g} m^2, is expected")
     assert isinstance(node.value, dict)
+    if isinstance(table := vent.get("discharge"), dict):
+        draft.table(node.value["discharge"], join(path, "discharge"), table, _RATIOS, _COEFFICIENTS)
     opens, closes = ({} if isinstance(vent.get(name, ""), str) else vent[name] for name in ("opens", "closes"))
     for name, values in (("opens", opens), ("closes", closes)):
         if "height" in shell and values.get("height", 0.0) > shell["height"]:

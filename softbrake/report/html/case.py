@@ -16,6 +16,10 @@ def case_table(case: dict[str, Any]) -> str:
     rows = []
 
     def add(path: str, value: Any) -> None:
+        if isinstance(value, dict):
+            for name, inner in value.items():
+                add(f"{path}.{name}", inner)
+            return
         key = key_at(path)
         unit = key.kind.unit if key is not None and isinstance(key.kind, Dimension) else ""
         values = value if isinstance(value, list) else [value]
@@ -25,13 +29,12 @@ def case_table(case: dict[str, Any]) -> str:
             rows.append(["fabric.damping_ratio", f"{100 * ratio:.3g} %", "that gives this viscosity"])
 
     for name, value in case.items():
-        if isinstance(value, dict):
-            for key, inner in value.items():
-                add(f"{name}.{key}", inner)
+        if name == "vents":
+            for number, vent in enumerate(value):
+                add(f"vents.{number}", vent)
         elif name == "belts":
             for number, belt in enumerate(value):
-                for key, inner in belt.items():
-                    add(f"belts.{number}.{key}", inner)
+                add(f"belts.{number}", belt)
                 if (layers := _layers(case, belt)) is not None:
                     rows.append([f"belts.{number}.layers", f"{layers:.6g}", "of fabric, with this stiffness and line density"])
         elif name == "contact":
