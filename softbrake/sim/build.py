@@ -432,11 +432,11 @@ def whole_model(case: Case) -> Model:
     return build_model(replace(case, model=replace(case.model, fidelity="full")))
 
 
-def whole_nodes(case: Case, whole: Model, model: Model, state: State) -> Nodes:
+def whole_nodes(whole: Model, model: Model, column: Nodes) -> Nodes:
     """Return the nodes of the whole shell by turning the one column that was computed."""
     nodes = Nodes(*_rows(whole.n1 + 1, whole.stride, Nodes._fields))
     angle = 2.0 * pi * (np.arange(whole.stride) - PAD) / whole.n2
-    parts = [values[:, None] for values in meridian_view(state.nodes, model)]
+    parts = [values[:, None] for values in meridian_view(column, model)]
     x, y, z, u, v, w = (values.reshape(whole.n1 + 1, whole.stride) for values in nodes)
     for (a, b), (old_a, old_b) in zip(((x, y), (u, v)), (parts[0:2], parts[3:5]), strict=True):
         a[:] = np.cos(angle) * old_a - np.sin(angle) * old_b

@@ -16,6 +16,7 @@ import numpy as np
 from softbrake import __version__
 from softbrake.case.case import Case
 from softbrake.case.case_file import parse_case
+from softbrake.case.level import level
 from softbrake.case.plausible import foreseen
 from softbrake.case.schema import starter
 from softbrake.case.sections.numerics import ONE_COLUMN, Fidelity, damping_ratio
@@ -42,6 +43,7 @@ from softbrake.core.lanes import close_nodes
 from softbrake.core.loop.fields import sample_fields
 from softbrake.core.loop.meridian import advance_meridian, stable_step_of_meridian, volume_of_meridian
 from softbrake.core.loop.piston import advance_lumped
+from softbrake.core.loop.rest import relax_meridian
 from softbrake.core.loop.step import advance
 from softbrake.core.loop.step_size import stable_step
 from softbrake.core.loop.time_loop import MADE, energy_given
@@ -61,7 +63,7 @@ from softbrake.sim.build import (
 from softbrake.sim.cores import memory
 from softbrake.sim.filters import COLUMNS, PEAKS, filtered_peaks, larger
 from softbrake.sim.interrupt import held_interrupt
-from softbrake.sim.relax import TOLERANCE, Relaxation, relax
+from softbrake.sim.relax import MOST_STEPS, TOLERANCE, Relaxation, relax
 from softbrake.sim.result_file import ResultFile
 from softbrake.sim.stored import stored_energy
 from softbrake.sim.summary import (
@@ -231,6 +233,7 @@ class Simulation:
     def inflate(self, tolerance: float = TOLERANCE) -> Relaxation:
         """Bring the shell to rest under its cover, which is held, and the pressure of t = 0; see `relax`. Raises NotInflated."""
         steady = self.model._replace(gas=self.model.gas._replace(exponent=0.0))
+        self._start_round(steady, tolerance)
         found = relax(steady, self.state, self.step, tolerance)
         if not found.converged:
             if math.isinf(found.residual):
@@ -239,6 +242,24 @@ class Simulation:
                 why = f"residual {found.residual:.3g}, not {tolerance:.3g}; most likely slack fabric that nothing holds still"
             raise NotInflated(f"not inflated: the shell is not at rest after {found.steps} steps: {why}")
         return found
+
+    def _start_round(self, model: Model, tolerance: float) -> None:
+        """Move the nodes to where a round shell without contact is at rest, if it finds that."""
+        one, scratch, nodes = model, self.workspace, self.state.nodes
+        if self.case.model.fidelity == "full":
+            grid = self.case.grid
+            round_case = level(self.case, "axisymmetric", grid.generatrix, grid.hoop)
+            one = build_model(round_case)
+            scratch, nodes = build_meridian(one), build_state(round_case, one).nodes
+        calm = one._replace(fabric=one.fabric._replace(viscosity=0.0), belts=one.belts._replace(viscosity=0.0 * one.belts.viscosity))
+        start = Nodes(*(part.copy() for part in nodes))
+        residual, _ = relax_meridian(calm, start, scratch, self.case.filling.start, 0.5 * tolerance, MOST_STEPS)
+        if residual > tolerance or start.z[: one.n1].max() > self.case.shell.height:
+            return
+        if self.case.model.fidelity == "full":
+            start = whole_nodes(model, one, start)
+        for part, place in zip(self.state.nodes[:3], start[:3], strict=True):
+            part[:] = place
 
     def volume(self) -> float:
         """Return the volume (m^3) of the shell as it is, covers included."""
@@ -369,7 +390,7 @@ class Simulation:
         """Return model and nodes of the whole shell, whatever part of it is computed."""
         if self.case.model.fidelity == "full":
             return self.model, self.state.nodes
-        return self._whole_model, whole_nodes(self.case, self._whole_model, self.model, self.state)
+        return self._whole_model, whole_nodes(self._whole_model, self.model, self.state.nodes)
 
     @cached_property
     def _whole_model(self) -> Model:
