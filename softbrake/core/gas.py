@@ -33,6 +33,14 @@ def has_state(gas):
 
 
 @kernel
+def leaks(gas):
+    """Return whether gas goes through the wall."""
+    permeability = gas.permeability
+    most = max(permeability[0], permeability[1], permeability[2], permeability[3])
+    return gas.leakage > 0.0 or most > 0.0
+
+
+@kernel
 def pressure_of(gas, free, volume):
     """Return the absolute pressure (Pa) of a free volume in a volume (m^3)."""
     return gas.ambient_pressure * (free / volume) ** gas.exponent if free > volume else gas.ambient_pressure
