@@ -8,7 +8,7 @@ from typing import Literal, get_args
 
 from softbrake.case.checker import Values, last_given
 from softbrake.case.keys import Key
-from softbrake.case.section import Absent, Draft, Part
+from softbrake.case.section import Draft, MayBeNone, Part
 from softbrake.case.sections.pressure import check_inflatable
 from softbrake.case.units import Dimension
 from softbrake.case.yaml_nodes import Node
@@ -47,7 +47,7 @@ class Gas(Part):
         return math.sqrt(self.gamma * self.gas_constant * self.temperature)
 
 
-class _GasSection(Absent):
+class _GasSection(MayBeNone):
     def read(self, draft: Draft) -> Values:
         """Values with gamma, gas constant, temperature and exponent resolved."""
         gas = super().read(draft)
