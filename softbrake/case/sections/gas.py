@@ -143,6 +143,6 @@ def _check_initial(draft: Draft, gas: Values) -> None:
     if initial == "inflated":
         check_inflatable(draft, gas["pressure"], "the gas", "gas.pressure > 0")
     elif gas["pressure"] > 0.0 and draft.values("model")["fidelity"] != "lumped":
-        place, where = draft.last_given("initial", "gas.pressure")
+        place, where = draft.last_given("initial")
         fault = "gas.pressure is that of the stretched shell, which an unloaded one would lose"
         draft.fault(place, where, fault, "initial: inflated is expected")
