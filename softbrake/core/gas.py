@@ -194,12 +194,13 @@ def fill(gas, chamber, now, mass, temperature):
         return
     enthalpy = gas.gamma / (gas.gamma - 1.0) * gas.gas_constant * temperature * mass
     volume, free = chamber[GasState.VOLUME], chamber[GasState.FREE_VOLUME]
-    limp = min(max(volume - free, 0.0), enthalpy * (gas.gamma - 1.0) / (gas.gamma * gas.ambient_pressure))
-    rest = enthalpy - limp * gas.gamma / (gas.gamma - 1.0) * gas.ambient_pressure
+    taken = enthalpy * (gas.gamma - 1.0) / (gas.gamma * gas.ambient_pressure)  # m^3, at ambient pressure
+    limp = min(max(volume - free, 0.0), taken)
     chamber[GasState.MASS] += mass
     chamber[GasState.FILLED] += mass
     chamber[GasState.FREE_VOLUME] = free + limp
-    if rest > 0.0:
+    if limp < taken:
+        rest = enthalpy - limp * gas.gamma / (gas.gamma - 1.0) * gas.ambient_pressure
         chamber[GasState.PRESSURE] += (gas.gamma - 1.0) * rest / volume
         chamber[GasState.FREE_VOLUME] = volume * (chamber[GasState.PRESSURE] / gas.ambient_pressure) ** (1.0 / gas.exponent)
     now[History.ENTHALPY_IN] += enthalpy
