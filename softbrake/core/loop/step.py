@@ -58,7 +58,6 @@ def take_step(model, state, workspace, meeting):
         update_row_pressure(model, state.nodes, workspace, at, uniform)  # (2.11)
         if i == 0:
             hold_ground_row(model, now, workspace, at)
-            add_flux(state.nodes, workspace.area, workspace.by_column, at.node, 0.0, model.n2)
         elif i < n1:
             push_free_row(model, state, workspace, step, at, touching)  # (3.2), (3.4)
         else:
@@ -66,6 +65,8 @@ def take_step(model, state, workspace, meeting):
                 resolve_contact(model, state, workspace, step, touching)  # (2.5)
             height = push_cover_row(model, state, workspace, step, at)  # (2.4), (3.4)
         add_row_work(model, state.work, workspace, at, wrinkled_below, dt)
+        if model.gas.exponent > 0.0:
+            add_flux(state.nodes, workspace.area, workspace.by_column, at.node, step.length, model.n2)
     if model.gas.exponent > 0.0:
         update_volume(model, state, workspace, step, meeting)
     return height
@@ -138,7 +139,6 @@ def push_cover_row(model, state, workspace, step, at):
     moving = model.cargo_mass + n2 * model.mass[at.i]
     velocity, height = push_cargo(now, nodes.w[at.node], step, whole * moving)  # (2.4)
     hold_row(workspace.mean, at.row, n2, 0.5 * (nodes.w[at.node] + velocity))
-    add_flux(nodes, workspace.area, by_column, at.node, velocity, n2)
     move_cover_row(nodes, at.node, n2, velocity, height)
     between = workspace.mean.z[at.row]
     add_cargo_work(work, by_column, gas_on_cover + gas, model.gravity * moving, moving, between, velocity, step.dt)
