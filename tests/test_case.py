@@ -755,27 +755,28 @@ def test_schema() -> None:
 
 def test_schema_knows_the_dimension_of_two_factors() -> None:
     """It takes what the program takes and nothing else; of three factors it takes all that the program does."""
-    factors = [
-        f"{name}{power}" for name in ("m", "mm", "kg", "s", "N", "kN", "Pa", "bar", "%") for power in ("", "^2", "³", "^-1")
-    ]
+    factors = [f"{name}{power}" for name in ("m", "mm", "kg", "s", "N", "Pa", "K", "%") for power in ("", "^2", "³", "^-1")]
     pairs = [f"{one}{joint}{other}" for one in factors for joint in ("*", " / ", " ") for other in factors]
     triples = ["N*s/m", "kg/m/s", "kg*m/s²", "kg m s^-2", "N/m * s", "kg/m·s^-2", "kN·ms/mm", "kg/s^2/m"]
-    for dimension in Dimension:
-        known = re.compile(pattern(dimension))
-        for unit in ("", *factors, *pairs, "metre", "KG", "m+m"):
-            text = f"1.5e1 {unit}"
+    patterns = {dimension: re.compile(pattern(dimension)) for dimension in Dimension}
+    for unit in ("", *factors, *pairs, "metre", "KG", "m+m", "degC"):
+        text = f"1.5e1 {unit}"
+        for dimension, known in patterns.items():
             try:
                 parse_quantity(text, dimension)
             except ValueError:
                 assert not known.search(text), (dimension, text)
             else:
                 assert known.search(text), (dimension, text)
+    for dimension, known in patterns.items():
         for unit in triples:
             with suppress(ValueError):
                 parse_quantity(f"2 {unit}", dimension)
                 assert known.search(f"2 {unit}"), (dimension, unit)
         for text in ("", "m", "-1", "1,5 m", "1..5"):
             assert not known.search(text)
+        assert re.search(pattern(dimension, signed=True), f"-1.5 {dimension.unit}")
+        assert bool(known.search("-40 degC")) == (dimension is Dimension.TEMPERATURE)
 
 
 def test_schema_beside_the_shipped_cases() -> None:

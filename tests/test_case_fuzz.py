@@ -18,7 +18,41 @@ from softbrake.case.units import UNITS
 COUNT = 500
 MESSAGE = re.compile(r"f\.yaml:(\d+):(\d+): (\S.*; \S.*)")
 SHIPPED = [path.read_text(encoding="utf-8") for path in sorted(ROOT.glob("configs/*.yaml"))]
-KEYS = [key for section in ALL.values() for key in (*section.keys, *section.each)]
+KEYS = [key for section in ALL.values() for one in (*section.keys, *section.each) for key in (one, *one.parts)]
+BAG = """\
+shell: {diameter: 0.5 m, height: 0.6 m}
+fabric: {E: 20 kN/m, areal_density: 0.05 kg/m^2, viscosity: 0.2 N*s/m}
+cargo: {mass: 100 kg, velocity: 6 m/s}
+gas:
+  pressure: 15.7 kPa
+  name: helium
+  temperature: 20 degC
+  process: adiabatic
+ambient:
+  altitude: 3000 m
+vents:
+  - area: 300 cm^2
+    discharge: 0.6
+    opens: always
+    closes:
+      pressure: 20 kPa
+    inflow: allowed
+  - area: 0.001
+    discharge:
+      pressure_ratio: [0.5, 1]
+      coefficient: [0.75, 0.6]
+    opens:
+      height: 30 cm
+permeability:
+  viscous: 5e4 Pa*s/m
+  inertial: 1e3
+inflator:
+  times: [0 s, 5 ms]
+  mass_flow: [2.4, 0]
+  temperature: 600 K
+time:
+  after: rebound
+"""
 
 
 def outcome(text: str) -> Case | list[tuple[int, int, str]]:
@@ -170,7 +204,7 @@ def places(text: str) -> list[tuple[int, re.Match[str]]]:
 
 def mutated(chance: random.Random) -> tuple[str, int, int, int]:
     """A case with one line changed; the line, and the columns of its key and of its value, all from 1."""
-    text = chance.choice([*SHIPPED, starter()])
+    text = chance.choice([*SHIPPED, starter(), BAG, BAG])
     number, match = chance.choice(places(text))
     lines, front, key, value = text.splitlines(), match["front"], match["key"], match["value"]
     number_in_it = re.match(r"[-+.0-9e]+", value)
@@ -221,7 +255,7 @@ def test_a_mutated_line_is_told_at_its_place() -> None:
 @pytest.mark.parametrize("cut", range(16))
 def test_a_file_cut_anywhere_is_a_case_or_a_list_of_faults(cut: int) -> None:
     chance = random.Random(cut)
-    for text in SHIPPED:
+    for text in (*SHIPPED, BAG):
         part = text[: chance.randrange(len(text))]
         found = outcome(part)
         if not isinstance(found, Case):

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import math
+import re
 import subprocess
 import sys
 from dataclasses import replace
@@ -15,6 +16,7 @@ from conftest import ROOT
 
 from softbrake.case.case import Case, case_to_dict, is_quantity, key_at
 from softbrake.case.case_file import CaseError, case_file, parse_case
+from softbrake.case.level import level
 from softbrake.case.schema import schema
 from softbrake.case.sections.ambient import Ambient, standard_atmosphere
 from softbrake.case.sections.gas import Gas
@@ -23,6 +25,7 @@ from softbrake.case.sections.permeability import Permeability
 from softbrake.case.sections.pressure import Pressure
 from softbrake.case.sections.vents import Vent
 from softbrake.case.units import Dimension, parse_quantity
+from softbrake.report.html.case import case_table
 from softbrake.sim.result_file import tension_scale
 from softbrake.studies.axes import designs_of
 from softbrake.studies.inverse_design import ask
@@ -222,6 +225,17 @@ def test_a_bag_under_pressure_starts_inflated_and_a_limp_one_unloaded() -> None:
         assert case(GAS, f"gas.pressure={pressure}").initial == "unloaded"
 
 
+def test_every_level_starts_as_it_can_and_reads_back() -> None:
+    """A lumped bag has no shape; a shell of it is stretched, also where the file asks for the lumped model."""
+    inflated, lumped = case(GAS), case(GAS, "model.fidelity=lumped")
+    for one in (inflated, lumped, case(LAW + "initial: inflated\n")):
+        assert level(one, "axisymmetric", 36, 90).initial == "inflated"
+        piston = level(one, "lumped", 36, 90)
+        assert piston.initial == "unloaded"
+        assert case(json.dumps(case_to_dict(piston))) == replace(piston, tolerance=None)
+    assert level(case(GAS, "gas.pressure=0"), "full", 36, 90).initial == "unloaded"
+
+
 def test_filling_is_the_law_that_the_shell_starts_with() -> None:
     assert case(GAS).filling == Pressure("constant", 15700.0, 0.0, 0.0, (), (), 0.0) == case(LAW).pressure == case(LAW).filling
     assert case(GAS, "gas.pressure=-1 kPa").filling.largest == 0.0
@@ -314,7 +328,7 @@ VENT = "vents: [{area: 1 cm^2, discharge: 1"
         ),
         (
             "vents: [{area: 1 cm^2, discharge: {pressure_ratio: [0.5, 1], coefficient: [1, 1, 1]}}]",
-            ["5:62: vents.0.discharge.coefficient: 3 values for 2 pressure_ratio; a value for each pressure_ratio is expected"],
+            ["5:62: vents.0.discharge.coefficient: 3 values for 2 pressure ratios; a value for each pressure ratio is expected"],
         ),
         (
             "vents: [{area: 1 cm^2, discharge: {pressure_ratio: [0.5, 1]}}]",
@@ -621,6 +635,20 @@ def test_design_searches_around_what_the_file_gives() -> None:
 
 
 # Written
+
+
+def test_report_has_every_value() -> None:
+    """In SI units, by the path that an override gives."""
+    found = case_table(case_to_dict(case(ALL_OF_IT)))
+    for path, value in (
+        ("vents.0.opens.pressure", "60000 Pa"),
+        ("vents.1.discharge.coefficient", "0.75, 0.6"),
+        ("vents.2.opens.time", "0.03 s"),
+        ("gas.gas_constant", "296.797 J/kg/K"),
+        ("ambient.temperature", "268 K"),
+        ("inflator.mass_flow", "0, 2.4, 0 kg/s"),
+    ):
+        assert re.search(rf"<td>{re.escape(path)}</td>\s*<td>{re.escape(value)}</td>", found), path
 
 
 @pytest.mark.parametrize(

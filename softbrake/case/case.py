@@ -8,7 +8,7 @@ from typing import Any, Literal
 
 from softbrake.case.full_stop import FullStop, full_stop
 from softbrake.case.keys import Key
-from softbrake.case.section import Draft, Part, Section
+from softbrake.case.section import Draft, MayBeNone, Part, Section
 from softbrake.case.sections.ambient import AMBIENT, Ambient
 from softbrake.case.sections.belts import BELTS, Belt
 from softbrake.case.sections.cargo import CARGO, Cargo
@@ -109,11 +109,11 @@ class Case(Part):
         return idle
 
 
-NONE_ALLOWED = ("pressure", "gas", "permeability", "inflator")
 _OF_GAS = (PRESSURE, GAS, AMBIENT, VENTS, PERMEABILITY, INFLATOR)
 # In the order of the fields of Case, each of its field's name. That of messages and documents has `contact` and `sweep` first.
 SECTIONS: tuple[Section, ...] = (SHELL, FABRIC, BELTS, CARGO, CONTACT, *_OF_GAS, GRID, TIME, MODEL, OUTPUT)
 MAPPINGS = tuple(section for section in SECTIONS if section is not CONTACT)
+NONE_ALLOWED = tuple(section.name for section in SECTIONS if isinstance(section, MayBeNone))
 _BY_NAME = {section.name: section for section in SECTIONS}
 ALL = {section.name: section for section in (TOP, CONTACT, SWEEP, *MAPPINGS)}  # what a case file may have
 

@@ -103,8 +103,9 @@ class Checker:
                 self.fault(items[number].place, where, f"not {order} before it", f"{expected} is expected")
         if other.name in values and len(values[other.name]) != len(rows):
             place, where = last_given(node, path, [other.name, rising.name])
-            fault = f"{len(values[other.name])} values for {len(rows)} {rising.name}"
-            self.fault(place, where, fault, f"a value for each {rising.name.removesuffix('s')} is expected")
+            row = rising.name.replace("_", " ").removesuffix("s")
+            fault = f"{len(values[other.name])} values for {len(rows)} {row}s"
+            self.fault(place, where, fault, f"a value for each {row} is expected")
 
     def unknown(self, place: Place, path: str, name: str, known: Sequence[str]) -> None:
         """Tell of a key that is none, and which one was probably meant."""

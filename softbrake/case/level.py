@@ -15,7 +15,7 @@ COARSE_GRID = 12  # cells in a radius below which a shell is too coarse
 
 
 def level(case: Case, fidelity: Fidelity, generatrix: int, hoop: int, courant: float | None = None) -> Case:
-    """The case at another level and grid, with the contact that this level knows and without a tolerance.
+    """The case at another level and grid, with the contact and the start that this level knows and without a tolerance.
 
     generatrix, hoop: cells; courant: part of the longest stable step, None for what `auto` stands for.
     """
@@ -24,11 +24,14 @@ def level(case: Case, fidelity: Fidelity, generatrix: int, hoop: int, courant: f
         contact = tuple(part for part in SETS["full"] if part in (*contact, "axis"))
     contact = tuple(part for part in contact if part in known_parts(fidelity))
     grid = replace(case.grid, generatrix=generatrix, hoop=hoop)
+    full = case.gas is not None and case.gas.pressure > 0.0
+    initial = "unloaded" if fidelity == "lumped" else "inflated" if full else case.initial
     if courant is None:
         courant = auto_courant(case.shell, case.fabric, grid)
     return replace(
         case,
         contact=contact,
+        initial=initial,
         grid=grid,
         time=replace(case.time, courant=courant),
         model=replace(case.model, fidelity=fidelity),

@@ -141,7 +141,7 @@ class Section:
         return [f"{'' if live else '# '}{self.name}:", *(key.starter("  ", key in live) for key in self.keys)]
 
 
-class Absent(Section):
+class MayBeNone(Section):
     """A section that may be left out, and then is None in the case."""
 
     def read(self, draft: Draft) -> Values:

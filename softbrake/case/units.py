@@ -152,8 +152,8 @@ def pattern(expected: Dimension, signed: bool = False) -> str:
                 units.add(f"{text}{joint}({'|'.join(seconds)})")
     factor = r"([A-Za-z]+|%)(\^-?[1-9]|²|³)?"
     units.add(f"{factor}(({_TIMES}|{_OVER}){factor}){{2,}}")
-    number, either = r"([0-9]+\.?[0-9]*|\.[0-9]+)([eE][-+]?[0-9]+)?\s*", "[-+]?"
-    text = rf"{either if signed else '[+]?'}{number}({'|'.join(sorted(units))})?"
+    number, plus, either = r"([0-9]+\.?[0-9]*|\.[0-9]+)([eE][-+]?[0-9]+)?\s*", r"\+?", "[-+]?"
+    text = rf"{either if signed else plus}{number}({'|'.join(sorted(units))})?"
     if expected is Dimension.TEMPERATURE:
         text = rf"({text}|{either}{number}{CELSIUS})"
     return rf"^\s*{text}\s*$"

@@ -512,6 +512,7 @@ class Meridian(NamedTuple):
     kinetic: Floats  # J
     contact: Floats  # J, scratch
     volume: Floats  # m^3, scratch, below an edge
+    free: Floats  # m^2, of the wall at a node that lies on nothing
     ground_impulse: Floats  # N s, of the ground on the node in the push
     impulse: Floats  # (2,), N s, as in Impulses
     by_row: ByRow
@@ -536,6 +537,7 @@ class ByColumn(NamedTuple):
     on_cargo: Floats  # N s, of the fabric on cover and cargo, upwards
     flux: Floats  # m^3, of the places at n through the area vectors, for the volume
     swept: Floats  # m^3/s, of the velocities at n+1/2 through them
+    free: Floats  # m^2, of the wall that lies on nothing
     rate: Floats  # scratch between steps
 
 

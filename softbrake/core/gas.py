@@ -23,6 +23,8 @@ from softbrake.core.peaks import raise_peak
 from softbrake.core.tables import integral_of_table
 
 SMALLEST_VOLUME = 1e-9  # of the free volume
+MOST_CHANGE = 0.02  # of the volume, at once, where some flows in or out
+MOST_FLOW_RATIO = 0.1  # of that to the part that could flow out: 0.2 of it at once
 NEAR_ONE = 1e-3  # distance within which five terms of the series are exact to round-off
 
 
@@ -30,6 +32,14 @@ NEAR_ONE = 1e-3  # distance within which five terms of the series are exact to r
 def has_state(gas):
     """Return whether the gas has a state, and the pressure follows no law."""
     return gas.exponent > 0.0
+
+
+@kernel
+def leaks(gas):
+    """Return whether gas goes through the wall."""
+    permeability = gas.permeability
+    most = max(permeability[0], permeability[1], permeability[2], permeability[3])
+    return gas.leakage > 0.0 or most > 0.0
 
 
 @kernel
@@ -88,7 +98,13 @@ def advance_gas(model, state):
     if gas.closed == 1:
         change_volume(gas, chamber, now, volume)
     else:
-        exchange(gas, chamber, vents, now, state.peaks, length, volume, model.n1)
+        rest, part = 1.0, 0.0
+        while part < 1.0:
+            part = part_of_step(gas, chamber, rest * length, volume)
+            height = chamber[GasState.HEIGHT] + part * (now[History.HEIGHT] - chamber[GasState.HEIGHT])
+            between = chamber[GasState.VOLUME] + part * (volume - chamber[GasState.VOLUME])
+            exchange(gas, chamber, vents, now, state.peaks, part * rest * length, height, between, model.n1)
+            rest *= 1.0 - part
     chamber[GasState.TIME] = now[History.TIME]
     chamber[GasState.HEIGHT] = now[History.HEIGHT]
     record_gas(gas, chamber, vents, now, state.peaks, model.n1)
@@ -129,9 +145,23 @@ def change_volume(gas, chamber, now, volume):
 
 
 @kernel
-def exchange(gas, chamber, vents, now, peaks, length, volume, n1):
-    """Take the gas to another volume (m^3) while some flows in and out for a time (s). Writes chamber, vents, peaks; now."""
-    start, end, open_in = chamber[GasState.TIME], now[History.TIME], gas.inflow.size > 0
+def part_of_step(gas, chamber, length, volume):
+    """Return the part of a time (s) that the gas takes at once: a little of its volume, on its way to another one (m^3).
+
+    Where the last of the gas is pressed out, its volume and what flows of it change by more in a step of the cargo.
+    """
+    part = MOST_CHANGE / max(abs(volume / chamber[GasState.VOLUME] - 1.0), MOST_FLOW_RATIO * venting_rate(gas, chamber) * length)
+    return min(part, 1.0)
+
+
+@kernel
+def exchange(gas, chamber, vents, now, peaks, length, height, volume, n1):
+    """Take the gas to another volume (m^3) while some flows in and out for a time (s). Writes chamber, vents, peaks; now.
+
+    height: of the cover (m) then.
+    """
+    start, open_in = chamber[GasState.TIME], gas.inflow.size > 0
+    end = start + length
     middle = 0.5 * (start + end)
     if open_in:
         fill(gas, chamber, now, integral_of_table(gas.inflow_times, gas.inflow, start, middle), gas.inflow_temperature)
@@ -140,7 +170,7 @@ def exchange(gas, chamber, vents, now, peaks, length, volume, n1):
         vents[k, VentState.SHARE] = vents[k, VentState.OPEN]
     left = mass_left(gas, chamber, vents, length, volume)
     reached = pressure_after(gas, chamber[GasState.PRESSURE], free / old, free * (left / mass) / volume)
-    if switch_vents(gas, chamber, vents, now, peaks, length, reached, n1):
+    if switch_vents(gas, chamber, vents, peaks, length, height, reached, n1):
         left = mass_left(gas, chamber, vents, length, volume)
     half = 0.5 * (mass + left)
     start_of, at_half, end_of = free, free * (half / mass), free * (left / mass)
@@ -153,6 +183,7 @@ def exchange(gas, chamber, vents, now, peaks, length, volume, n1):
     draw_in(gas, chamber, vents, now, length)
     if open_in:
         fill(gas, chamber, now, integral_of_table(gas.inflow_times, gas.inflow, middle, end), gas.inflow_temperature)
+    chamber[GasState.TIME], chamber[GasState.HEIGHT] = end, height
 
 
 @kernel
@@ -268,15 +299,15 @@ def face_velocity(permeability, pressure):
 
 
 @kernel
-def switch_vents(gas, chamber, vents, now, peaks, length, reached, n1):
-    """Open and close vents within the step from chamber to now, at whose end the pressure (Pa, absolute) is reached.
+def switch_vents(gas, chamber, vents, peaks, length, height, reached, n1):
+    """Open and close vents within a time (s), at whose end height (m) and pressure (Pa, absolute) are reached.
 
     Pressure and height are straight lines over the step. Of those that have closed only one that pressure opens and closes, a
     relief valve, opens again. Writes vents, peaks. Returns whether some vent switched.
     """
     start, switched = chamber[GasState.TIME], False
     before, after = chamber[GasState.PRESSURE] - gas.ambient_pressure, reached - gas.ambient_pressure
-    high, low = chamber[GasState.HEIGHT], now[History.HEIGHT]
+    high, low = chamber[GasState.HEIGHT], height
     for k in range(vents.shape[0]):
         vent = gas.vents[k]
         if vents[k, VentState.SHUT] > 0.0:

@@ -251,9 +251,8 @@ class Simulation:
             round_case = level(self.case, "axisymmetric", grid.generatrix, grid.hoop)
             one = build_model(round_case)
             scratch, nodes = build_meridian(one), build_state(round_case, one).nodes
-        calm = one._replace(
-            fabric=one.fabric._replace(viscosity=0.0), belts=one.belts._replace(viscosity=0.0 * one.belts.viscosity)
-        )
+        belts = one.belts._replace(viscosity=0.0 * one.belts.viscosity)
+        calm = one._replace(fabric=one.fabric._replace(viscosity=0.0), belts=belts)
         start = Nodes(*(part.copy() for part in nodes))
         residual, _ = relax_meridian(calm, start, scratch, self.case.filling.start, 0.5 * tolerance, MOST_STEPS)
         if residual > tolerance or start.z[: one.n1].max() > self.case.shell.height:

@@ -8,7 +8,7 @@ from typing import Literal, get_args
 
 from softbrake.case.checker import Values, last_given
 from softbrake.case.keys import Key
-from softbrake.case.section import Absent, Draft, Part
+from softbrake.case.section import Draft, MayBeNone, Part
 from softbrake.case.sections.pressure import check_inflatable
 from softbrake.case.units import Dimension
 from softbrake.case.yaml_nodes import Node
@@ -47,7 +47,7 @@ class Gas(Part):
         return math.sqrt(self.gamma * self.gas_constant * self.temperature)
 
 
-class _GasSection(Absent):
+class _GasSection(MayBeNone):
     def read(self, draft: Draft) -> Values:
         """Values with gamma, gas constant, temperature and exponent resolved."""
         gas = super().read(draft)
@@ -143,6 +143,6 @@ def _check_initial(draft: Draft, gas: Values) -> None:
     if initial == "inflated":
         check_inflatable(draft, gas["pressure"], "the gas", "gas.pressure > 0")
     elif gas["pressure"] > 0.0 and draft.values("model")["fidelity"] != "lumped":
-        place, where = draft.last_given("initial", "gas.pressure")
+        place, where = draft.last_given("initial")
         fault = "gas.pressure is that of the stretched shell, which an unloaded one would lose"
         draft.fault(place, where, fault, "initial: inflated is expected")

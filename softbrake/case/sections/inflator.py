@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 from softbrake.case.checker import Values
 from softbrake.case.keys import Key
-from softbrake.case.section import Absent, Draft, Part
+from softbrake.case.section import Draft, MayBeNone, Part
 from softbrake.case.sections.gas import check_flow
 from softbrake.case.units import Dimension
 
@@ -32,7 +32,7 @@ _FLOW = Key(
 )
 
 
-class _InflatorSection(Absent):
+class _InflatorSection(MayBeNone):
     def read(self, draft: Draft) -> Values:
         """A mass flow for each time."""
         values: Values = super().read(draft)

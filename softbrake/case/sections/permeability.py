@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 from softbrake.case.checker import Values, last_given
 from softbrake.case.keys import Key
-from softbrake.case.section import Absent, Draft, Part
+from softbrake.case.section import Draft, MayBeNone, Part
 from softbrake.case.sections.gas import check_flow
 from softbrake.case.units import Dimension
 
@@ -21,7 +21,7 @@ class Permeability(Part):
     inertial: float = 0.0  # Pa s^2/m^2
 
 
-class _PermeabilitySection(Absent):
+class _PermeabilitySection(MayBeNone):
     def read(self, draft: Draft) -> Values:
         """One of the forms, which lets something through."""
         values: Values = super().read(draft)

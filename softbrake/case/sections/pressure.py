@@ -8,7 +8,7 @@ from typing import Any, Literal
 from softbrake.case.checker import Values, last_given, listed
 from softbrake.case.full_stop import full_stop
 from softbrake.case.keys import Key, mapping_schema
-from softbrake.case.section import Draft, Part, Section
+from softbrake.case.section import Draft, MayBeNone, Part
 from softbrake.case.units import Dimension
 from softbrake.case.yaml_nodes import Node, join
 
@@ -70,7 +70,7 @@ def constant(value: float) -> Pressure:
     return replace(_NONE, value=value)
 
 
-class _PressureSection(Section):
+class _PressureSection(MayBeNone):
     def read(self, draft: Draft) -> Values:
         """Keys of the law that is given; none of a case with gas."""
         node = draft.members.get(self.name)

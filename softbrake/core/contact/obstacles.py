@@ -134,6 +134,19 @@ def on_cover_or_cargo(obstacles, step, x, y, z):
 
 
 @kernel
+def add_free_area(nodes, area, free, obstacles, step, node, place, count):
+    """Add the areas (m^2) of pushed nodes that lie on nothing to free: gas may leak there.
+
+    Reads nodes from node on, area from place on. A crease counts by its area vector, shorter than the cloth in it.
+    """
+    for j in range(uint64(count)):
+        a, b = node + j, place + j
+        x, y, z = nodes.x[a], nodes.y[a], nodes.z[a]
+        if not (on_ground(obstacles, z) or on_cover_or_cargo(obstacles, step, x, y, z)):
+            free[j] += sqrt(area.x[b] * area.x[b] + area.y[b] * area.y[b] + area.z[b] * area.z[b])
+
+
+@kernel
 def blocked_part(obstacles, step, x, y, z, direction):
     """Return the part of a unit vector along the outward normal of what a node at x, y, z (m) lies on: blocked if negative.
 

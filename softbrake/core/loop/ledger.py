@@ -24,6 +24,7 @@ def clear_sums(maximum_1, maximum_2, maximum_belt, by_column):
     by_column.on_cargo[:] = 0.0
     by_column.flux[:] = 0.0
     by_column.swept[:] = 0.0
+    by_column.free[:] = 0.0
 
 
 @kernel

@@ -15,6 +15,7 @@ from softbrake.core.cargo import push_cargo
 from softbrake.core.columns import History
 from softbrake.core.contact.belt_contact import resolve_belt_contact_of_meridian
 from softbrake.core.contact.obstacles import (
+    add_free_area,
     allowed_place,
     change_velocity,
     foresee,
@@ -26,7 +27,7 @@ from softbrake.core.contact.obstacles import (
     slowed,
 )
 from softbrake.core.contact.self_contact import overflown, resolve_self_contact_of_meridian, watch_meridian, window_of
-from softbrake.core.gas import has_state, limit_with_gas
+from softbrake.core.gas import has_state, leaks, limit_with_gas
 from softbrake.core.jit import kernel
 from softbrake.core.lanes import FIRST, ONE, lanes, sum_of
 from softbrake.core.loop.ledger import record_history
@@ -89,6 +90,10 @@ def take_step_of_meridian(model, state, meridian, dt, length):
     now[History.GROUND_AREA] = columns * model.cover_area
     if has_state(model.gas):
         state.gas[GasState.NEXT_VOLUME] = volume_of_meridian(model, nodes, meridian.volume)
+    if leaks(model.gas):
+        meridian.free[:] = 0.0
+        add_free_area(nodes, meridian.area, meridian.free, model.obstacles, step, uint64(1), FIRST + ONE, n1 - 1)
+        state.gas[GasState.FREE_AREA] = columns * sum_of(meridian.free, n1 - 1)
     return height, raise_peaks(now, state.peaks, meridian, n1)
 
 

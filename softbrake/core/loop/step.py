@@ -5,9 +5,9 @@ from numba import uint64
 from softbrake.core.arrays import GasState, Outcome
 from softbrake.core.cargo import push_cargo, vertical_forces
 from softbrake.core.columns import History
-from softbrake.core.contact.obstacles import any_above, foresee, may_touch, press_row, rub_row
+from softbrake.core.contact.obstacles import add_free_area, any_above, foresee, may_touch, press_row, rub_row
 from softbrake.core.contact.self_contact import overflown, watch_shell, window_of
-from softbrake.core.gas import has_state, limit_with_gas
+from softbrake.core.gas import has_state, leaks, limit_with_gas
 from softbrake.core.jit import kernel
 from softbrake.core.lanes import FIRST, clear_row, lanes, total
 from softbrake.core.loop.contact_work import add_contact_work_of_shell, begin_contact, resolve_contact
@@ -83,6 +83,7 @@ def update_volume(model, state, workspace, step, meeting):
         volume = shell_volume(model, state.nodes, workspace.by_column.rate)
         chamber[GasState.EXPECTED_AFTER] = 0.0
     chamber[GasState.NEXT_VOLUME] = volume
+    chamber[GasState.FREE_AREA] = model.hoop.whole * model.hoop.gas * total(workspace.by_column.free, model.n2)
 
 
 @kernel
@@ -122,6 +123,8 @@ def push_free_row(model, state, workspace, step, at, touching):
         rub_row(nodes, force, area, pressure, mean, work, by_column, obstacles, step, mass, at.node, at.row, n2)
     if touching and any_above(nodes.z, nodes.w, step, at.node, n2):
         press_row(nodes, force, area, pressure, mean, work, by_column, obstacles, step, mass, at.node, at.row, n2)
+    if leaks(model.gas):
+        add_free_area(nodes, area, by_column.free, obstacles, step, at.node, FIRST, n2)
 
 
 @kernel
