@@ -8,7 +8,6 @@ SHOWN = 1e-5  # of the initial energy: less than that is what steps of finite le
 DUST = 1e-6  # m/s^2 or N/m: less than that is round-off
 MOST_MARGIN = 100.0  # above which strength is out of all proportion to the tension
 TENSIONS = ("generatrix", "hoop", "belt")
-ABOVE_GROUND = ("stopped", "rebound")  # outcomes of a cargo that did not reach the ground
 
 
 def named(answer: str) -> str:
@@ -24,12 +23,14 @@ def outcome_in_words(summary: Summary) -> str:
         case "impact":
             return f"Impact: the cover reached the ground at {end}."
         case "stopped":
-            return f"Stopped: the cargo came to rest at {end}; {lowest}."
+            rest = end if summary.rest_time is None else f"{summary.rest_time:.5g} s"
+            return f"Stopped: the cargo came to rest at {rest}; {lowest}."
         case "rebound":
             rising = "" if summary.rebound_velocity is None else f", rising at {summary.rebound_velocity:.4g} m/s"
             return f"Rebound: the cover was back at the height of first contact at {end}{rising}; {lowest}."
         case "time_limit":
-            return f"End of time: no impact by {end}; {lowest}."
+            rest = "" if summary.rest_time is None else f"first at rest at {summary.rest_time:.5g} s, "
+            return f"End of time: {rest}no impact by {end}; {lowest}."
         case "diverged":
             return f"Diverged at {end}: the numbers below are not an answer."
         case "interrupted":
@@ -66,6 +67,11 @@ def gas_energy_rows(gas: GasBalance) -> list[tuple[str, float, str]]:
         ("  by heat", gas.heat, "from the surroundings"),
     ]
     return [("energy gained by the gas", gas.gained, "internal"), *(part for part in parts if part[1] != 0.0)]
+
+
+def stops(outcome: str, rest_time: float | str | None) -> bool:
+    """Whether a cargo came to rest above the ground, and has an impact velocity of 0; rest_time: as in Summary, or in a table."""
+    return outcome in ("stopped", "rebound") or (outcome == "time_limit" and rest_time not in (None, ""))
 
 
 def speed_in_words(trial: Trial) -> str:

@@ -99,10 +99,11 @@ def _gas(summary: Summary) -> list[Line]:
     """What became of a gas with a state; empty for a pressure law."""
     if summary.peak_pressure is None or summary.peak_temperature is None or summary.vented_mass is None:
         return []
-    pressure, temperature = (when_in_words(summary.peaks[name]) for name in ("peak_pressure", "peak_temperature"))
+    pressure, temperature = summary.peaks["peak_pressure"], summary.peaks["peak_temperature"]
+    when = _bar(summary, "peak_pressure", 1e-3) + when_in_words(pressure, mean=summary.ensemble)
     return [
-        ("peak pressure, gauge", f"{summary.peak_pressure / 1e3:.4f}", "kPa", pressure),
-        ("peak temperature", f"{summary.peak_temperature:.2f}", "K", temperature),
+        ("peak pressure, gauge", f"{summary.peak_pressure / 1e3:.4f}", "kPa", when),
+        ("peak temperature", f"{summary.peak_temperature:.2f}", "K", when_in_words(temperature)),
         *([("vented mass", f"{summary.vented_mass:.5f}", "kg", vented_in_words(summary))] if summary.vented_mass else []),
         *openings_in_words(summary),
     ]

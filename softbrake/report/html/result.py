@@ -95,10 +95,11 @@ def _gas(summary: Summary) -> list[Card]:
     """Peaks of a gas with a state, and what left it; none of a pressure law."""
     if summary.peak_pressure is None or summary.peak_temperature is None or summary.vented_mass is None:
         return []
-    pressure, temperature = (when_in_words(summary.peaks[name], 1e3) for name in ("peak_pressure", "peak_temperature"))
+    shown = f"{summary.peak_pressure / 1e3:.2f}{_bar(summary, 'peak_pressure', 1e-3)} kPa"
+    notes = _notes(summary, "peak_pressure", 1e-3, "kPa", filtered=False)
     cards = [
-        Card("peak pressure, gauge", f"{summary.peak_pressure / 1e3:.2f} kPa", [pressure]),
-        Card("peak temperature", f"{summary.peak_temperature:.1f} K", [temperature]),
+        Card("peak pressure, gauge", shown, notes),
+        Card("peak temperature", f"{summary.peak_temperature:.1f} K", [when_in_words(summary.peaks["peak_temperature"], 1e3)]),
     ]
     openings = [f"{name} at {when} {unit}" if unit else f"{name} {when}" for name, when, unit in openings_in_words(summary, 1e3)]
     if summary.vented_mass or openings:

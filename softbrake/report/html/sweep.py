@@ -20,7 +20,7 @@ from softbrake.report.html.frame import figures, page, table
 from softbrake.report.plots.page import map_chart, sweep_chart
 from softbrake.report.plots.sweep import Scale, spread
 from softbrake.report.results_csv import UNITS
-from softbrake.report.words import ABOVE_GROUND, TENSIONS
+from softbrake.report.words import TENSIONS, stops
 from softbrake.sim.result_file import ResultError
 from softbrake.studies.axes import Axis
 from softbrake.studies.sweep import RESULTS
@@ -88,7 +88,7 @@ def _column(rows: Sequence[dict[str, str]], name: str, scale: float) -> NDArray[
     def number(row: dict[str, str]) -> float:
         if row["fault"]:
             return math.nan
-        if name == "impact_velocity" and row["outcome"] in ABOVE_GROUND:
+        if name == "impact_velocity" and stops(row["outcome"], row.get("rest_time")):
             return 0.0
         return float(row.get(name) or math.nan)
 
@@ -116,8 +116,8 @@ def _charts(rows: Sequence[dict[str, str]], axes: Sequence[Axis]) -> str:
     if not drawn:
         return ""
     note = '<p class="note">Impact velocity 0: the cargo stops above the ground, or rebounds.</p>'
-    stops = any(row["outcome"] in ABOVE_GROUND for row in rows)
-    return figures("charts", drawn) + (note if stops else "")
+    stopping = any(stops(row["outcome"], row.get("rest_time")) for row in rows)
+    return figures("charts", drawn) + (note if stopping else "")
 
 
 def _runs(rows: Sequence[dict[str, str]], axes: Sequence[Axis]) -> str:
