@@ -7,7 +7,7 @@ from softbrake.core.cargo import push_cargo, vertical_forces
 from softbrake.core.columns import History
 from softbrake.core.contact.obstacles import add_free_area, any_above, foresee, may_touch, press_row, rub_row
 from softbrake.core.contact.self_contact import overflown, watch_shell, window_of
-from softbrake.core.gas import has_state, leaks, limit_with_gas
+from softbrake.core.gas import limit_with_gas
 from softbrake.core.jit import kernel
 from softbrake.core.lanes import FIRST, clear_row, lanes, total
 from softbrake.core.loop.contact_work import add_contact_work_of_shell, begin_contact, resolve_contact
@@ -66,7 +66,7 @@ def take_step(model, state, workspace, meeting):
                 resolve_contact(model, state, workspace, step, touching)  # (2.5)
             height = push_cover_row(model, state, workspace, step, at)  # (2.4), (3.4)
         add_row_work(model, state.work, workspace, at, wrinkled_below, dt)
-    if has_state(model.gas):
+    if model.gas.exponent > 0.0:
         update_volume(model, state, workspace, step, meeting)
     return height
 
@@ -123,7 +123,7 @@ def push_free_row(model, state, workspace, step, at, touching):
         rub_row(nodes, force, area, pressure, mean, work, by_column, obstacles, step, mass, at.node, at.row, n2)
     if touching and any_above(nodes.z, nodes.w, step, at.node, n2):
         press_row(nodes, force, area, pressure, mean, work, by_column, obstacles, step, mass, at.node, at.row, n2)
-    if leaks(model.gas):
+    if model.gas.leaks == 1:
         add_free_area(nodes, area, by_column.free, obstacles, step, at.node, FIRST, n2)
 
 
