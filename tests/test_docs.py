@@ -9,7 +9,9 @@ from typing import NamedTuple
 import pytest
 from conftest import Command
 
+from softbrake.case.case_file import parse_case
 from softbrake.cli.app import app
+from softbrake.sim.simulation import simulate
 
 ROOT = Path(__file__).resolve().parents[1]
 DOCUMENTS = sorted([*ROOT.glob("*.md"), *ROOT.glob("docs/**/*.md")])
@@ -173,6 +175,34 @@ def test_tutorial_quotes_what_the_commands_print(arguments: str, softbrake: Comm
     printed = [" ".join(line.split()) for line in done.stdout.splitlines()]
     missing = [line for line in quoted()[arguments] if line not in printed]
     assert not missing
+
+
+BAG = """\
+shell: {diameter: 0.5 m, height: 0.6 m}
+fabric: {E: 20 kN/m, areal_density: 0.05 kg/m^2, viscosity: 0.2 N*s/m}
+cargo: {mass: 100 kg, velocity: 6 m/s}
+model: {fidelity: lumped}
+"""
+PIECES = [
+    (document, piece)
+    for document in (ROOT / "docs" / "how-to" / "gas.md", ROOT / "README.md")
+    for piece in re.findall(r"^```yaml\n(gas:.*?)^```", document.read_text(encoding="utf-8"), re.DOTALL | re.MULTILINE)
+]
+
+
+@pytest.mark.parametrize(
+    ("document", "piece"), PIECES, ids=lambda part: part.name if isinstance(part, Path) else part.split("\n")[1]
+)
+def test_pieces_of_a_gas_are_cases_that_run(document: Path, piece: str) -> None:
+    """With the rest of a case, by the piston; its gas lets out what it is said to."""
+    case = parse_case(BAG + piece, document.name)
+    answer = simulate(case)
+    assert case.gas is not None and answer.peak_pressure is not None
+    assert answer.outcome in ("impact", "rebound") or answer.rest_time is not None
+    assert answer.peak_pressure > case.gas.pressure
+    assert (answer.vented_mass == 0.0) == ("vents" not in piece and "leakage" not in piece and "permeability" not in piece)
+    assert None not in (answer.vent_opening_times or ())
+    assert abs(answer.energy_error) < 1e-10
 
 
 def test_tables_are_included_and_say_how_they_are_made() -> None:

@@ -9,6 +9,7 @@ from pathlib import Path
 import h5py
 import numpy as np
 import pytest
+import synthetic_drop
 
 import softbrake
 from softbrake.case.case import Case
@@ -71,6 +72,17 @@ def test_snapshot_interval_below_the_step_takes_every_step(tmp_path: Path) -> No
     file = tmp_path / "drop.vtkhdf"
     summary = softbrake.run(case("time.end=0.1 ms", "output.snapshot_interval=1e-20"), file)
     assert len(read_snapshots(file).times) == summary.steps + 1
+
+
+def test_peaks_of_a_rebound_keep_their_phases() -> None:
+    """The cover ends where it began, but its peaks are those of the crushed bag at the lowest place."""
+    summary = softbrake.run(parse_case(synthetic_drop.PISTON, "piston"))
+    assert (summary.outcome, summary.rebound_velocity) == ("rebound", pytest.approx(5.0, rel=1e-4))
+    for name in ("peak_deceleration", "peak_pressure", "peak_temperature"):
+        peak = summary.peaks[name]
+        assert peak.time == pytest.approx(summary.rest_time, rel=1e-2)
+        assert (peak.phase, peak.other and peak.other.phase) == ("crushing", "overshoot")
+    assert summary.gas_mass == pytest.approx(104325.0 * np.pi * 0.04 * 0.3 / (287.05287 * 288.15))
 
 
 @pytest.mark.parametrize(("damping", "courant"), [(0.05, 1.0), (0.5, 0.5)])

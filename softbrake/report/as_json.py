@@ -47,7 +47,7 @@ def inflation_json(inflation: Inflation) -> str:
 def design_json(question: Question, stop: tuple[FullStop, list[tuple[float, Summary]]], found: DesignAnswer) -> str:
     """A search as one JSON object, SI units."""
     energy, tried = stop
-    keys = ("outcome", "impact_velocity", "lowest_height", "peak_deceleration")
+    keys = ("outcome", "impact_velocity", "lowest_height", "peak_deceleration", "rebound_velocity", "peak_pressure")
     answers = {
         "section_2_2": asdict(energy)
         | {"piston": [{"peak_time": when} | {key: getattr(summary, key) for key in keys[:3]} for when, summary in tried]},

@@ -426,6 +426,8 @@ class Simulation:
             height=self.now(History.HEIGHT),
             velocity=self.now(History.VELOCITY),
             pressure=self.now(History.PRESSURE),
+            temperature=self.now(History.TEMPERATURE),
+            mass=self.now(History.GAS_MASS),
         )
 
     def _above_ground(self, row: float) -> float:
@@ -439,9 +441,13 @@ class Simulation:
             value, when, row = (float(part) for part in peaks[which])
             return PeakValue(value, when, self._above_ground(row) if which in TENSIONS else None, phase)
 
-        if self.now(History.HEIGHT) > self.model.crushing:
+        if self._lowest() > self.model.crushing:
             return of("overshoot", self.state.peaks)
         return larger(of("overshoot", self.state.overshoot), of("crushing", self.state.peaks))
+
+    def _lowest(self) -> float:
+        """Lowest height of the cover so far, m."""
+        return min(self.now(History.HEIGHT), float(self.state.motion[Motion.LOWEST]))
 
     def _known(self) -> dict[str, Peak]:
         """Peaks that the run has, by their names in the answer."""
@@ -473,7 +479,7 @@ class Simulation:
             impact_time=None if impact is None else self.now(History.TIME),
             free_fall_velocity=free_fall,
             velocity_reduction=None if impact is None else free_fall - impact,
-            lowest_height=min(self.now(History.HEIGHT), float(self.state.motion[Motion.LOWEST])),
+            lowest_height=self._lowest(),
             peak_deceleration=peaks["peak_deceleration"].value,
             peak_tension_generatrix=generatrix,
             peak_tension_hoop=hoop,
@@ -509,6 +515,7 @@ class Simulation:
             peak_pressure=peaks["peak_pressure"].value if case.gas is not None else None,
             peak_temperature=peaks["peak_temperature"].value if case.gas is not None else None,
             vented_mass=float(self.state.gas[GasState.VENTED]) if case.gas is not None else None,
+            gas_mass=self.now(History.GAS_MASS) if case.gas is not None else None,
             vent_opening_times=self._openings(),
             gas=self.gas_balance(),
         )

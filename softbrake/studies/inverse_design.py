@@ -345,7 +345,8 @@ def answer(summary: Summary, target: Target) -> str:
     """What a run gave, in words."""
     value: float | None = getattr(summary, target.name)
     if value is None:
-        return f"stopped at a height of {summary.lowest_height:.4g} m"
+        ended = "rebounded from" if summary.outcome == "rebound" else "stopped at"
+        return f"{ended} a height of {summary.lowest_height:.4g} m"
     return target.in_unit(value)
 
 
