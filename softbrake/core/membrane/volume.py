@@ -39,7 +39,7 @@ def shell_volume(model, nodes, sums):
 
 @kernel
 def add_flux(nodes, area, by_column, node, length, columns):
-    """Add what a row of nodes has of the volume at the start of a step (s), and of its rate, once it has moved. Writes by_column."""
+    """Add what a row of nodes that has moved had of the volume before the step (s), and of its rate. Writes by_column."""
     for j in range(lanes(columns)):
         a, b = node + j, FIRST + j
         rate = nodes.u[a] * area.x[b] + nodes.v[a] * area.y[b] + nodes.w[a] * area.z[b]
