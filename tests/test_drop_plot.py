@@ -100,6 +100,9 @@ def test_moments_of_a_rebound_show_the_lowest_place(tmp_path: Path) -> None:
         assert len(chosen) == count
         assert {0, int(np.argmin(shots.height)), len(shots.times) - 1} <= set(chosen)
         assert np.diff(shots.times[chosen]).max() < 2.0 * shots.times[-1] / (count - 1)
+    for second, lowest in ((0.1999, 10), (0.2001, 10), (0.15, 30)):  # of strokes alike the first
+        height = np.interp(np.arange(len(shots.times)), [0, 10, 20, 30, len(shots.times) - 1], [0.3, 0.2, 0.28, second, 0.3])
+        assert lowest in moments(replace(shots, height=height), 6)
     labels = [text.get_text() for text in drop_figure(path).axes[0].texts]
     assert labels[0] == "0 ms\n5.00 m/s" and labels[-1] == "42 ms\n5.00 m/s up"
 

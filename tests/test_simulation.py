@@ -85,6 +85,27 @@ def test_peaks_of_a_rebound_keep_their_phases() -> None:
     assert summary.gas_mass == pytest.approx(104325.0 * np.pi * 0.04 * 0.3 / (287.05287 * 288.15))
 
 
+def test_peaks_outlast_the_strokes_that_follow(tmp_path: Path) -> None:
+    """A vented bag that stays on the ground comes down by a tenth of its height again and again."""
+    words = [
+        "shell={diameter: 0.5 m, height: 0.6 m}",
+        "cargo={mass: 100 kg, velocity: 6 m/s}",
+        "gas.pressure=15.7 kPa",
+        "vents=[{area: 70 cm^2, discharge: 0.7, opens: {pressure: 60 kPa}, closes: {pressure: 20 kPa}}]",
+        "output.history_interval=1",
+    ]
+    summary = softbrake.run(parse_case(synthetic_drop.PISTON, "piston", words), tmp_path / "a.vtkhdf")
+    history = softbrake.read_result(tmp_path / "a.vtkhdf").history
+    low = history["height"] <= 0.54
+    assert summary.outcome == "time_limit" and np.count_nonzero(low[1:] & ~low[:-1]) > 2
+    assert summary.peak_pressure == pytest.approx(history["pressure"].max(), rel=1e-3) == pytest.approx(60e3, rel=1e-2)
+    assert summary.peak_deceleration == pytest.approx(history["acceleration"].max(), rel=1e-3)
+    first = int(np.argmax(low))
+    overshoot = summary.peaks["peak_deceleration"].other
+    assert overshoot is not None and overshoot.phase == "overshoot"
+    assert overshoot.value == pytest.approx(history["acceleration"][:first].max(), rel=1e-2)
+
+
 @pytest.mark.parametrize(("damping", "courant"), [(0.05, 1.0), (0.5, 0.5)])
 def test_strong_damping_by_the_gas_is_stable(damping: float, courant: float) -> None:
     """2 ν^n p S/m of (2.11) enters with the velocity at n - 1/2, so it shortens the step as viscosity does."""

@@ -54,6 +54,7 @@ def end_step(model, state, length, height):
     now = state.now
     before, velocity, acceleration = now[History.HEIGHT], now[History.VELOCITY], now[History.ACCELERATION]
     filter_deceleration(model, state, length)
+    high = state.motion[Motion.LOWEST] > model.crushing
     within, outcome = event_time(before, velocity, acceleration, length)
     if outcome == Outcome.STOPPED:
         lowest = before + within * (velocity + 0.5 * within * acceleration)
@@ -75,7 +76,7 @@ def end_step(model, state, length, height):
         now[History.HEIGHT] = 0.0
     else:
         now[History.HEIGHT] += within * (velocity + 0.5 * within * acceleration)
-    if before > model.crushing >= now[History.HEIGHT]:
+    if high and before > model.crushing >= now[History.HEIGHT]:  # for the first time
         begin_crushing(state.peaks, state.overshoot)
     if model.gas.exponent > 0.0:
         reached = within / length * (state.gas[GasState.NEXT_VOLUME] - state.gas[GasState.VOLUME])

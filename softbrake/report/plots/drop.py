@@ -169,7 +169,8 @@ def _draw_profiles(axes: NDArray[Any], case: dict[str, Any], shots: Snapshots) -
         panel.set(aspect="equal", **panels.view(case, shots, chosen))
         panel.set_xticks(np.round([-radius, 0.0, radius], 6))
         panel.grid(False)
-    axes[0, 0].legend(loc="center", borderpad=0.0, handlelength=1.0, borderaxespad=0.0)  # between the walls
+    inside = {"bbox_to_anchor": (0.0, 0.5 * shots.height[0]), "bbox_transform": axes[0, 0].transData}  # between the walls
+    axes[0, 0].legend(loc="center", borderpad=0.0, handlelength=1.0, borderaxespad=0.0, **inside)
     for panel in axes[-1]:
         panel.set_xlabel("r, m")
     for panel in axes[:, 0]:

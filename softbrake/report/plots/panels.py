@@ -18,6 +18,7 @@ from softbrake.sim.summary import Summary
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
+ALIKE = 0.02  # of the way of the cover: lowest places no further apart are alike
 SPACE = "   "  # between time and speed of a caption
 
 
@@ -147,13 +148,18 @@ def draw_energy(axes: Axes, history: NDArray[Any]) -> None:
 def moments(shots: Snapshots, count: int) -> list[int]:
     """Indices of at most `count` snapshots, the first, the last and the one of the lowest cover among them, of 3 and more.
 
-    On both sides of the lowest they are evenly spaced in time. None is one that a divergence spoilt.
+    On both sides of the lowest they are evenly spaced in time. Of strokes alike the first is the lowest. None is one that a
+    divergence spoilt.
     """
     sound = np.flatnonzero(np.isfinite(shots.xyz).all(axis=(1, 2, 3)))
-    times, lowest = shots.times[sound], int(np.argmin(shots.height[sound]))
+    times, height = shots.times[sound], shots.height[sound]
+    near = int(np.argmax(height <= height.min() + ALIKE * np.ptp(height)))
+    up = np.flatnonzero(np.diff(height[near:]) > 0.0)
+    lowest = near + int(up[0]) if up.size else len(sound) - 1
     wanted = np.linspace(times[0], times[-1], count)
     if 0 < lowest < len(sound) - 1 and count > 2:
-        down = min(max(round((count - 1) * lowest / (len(sound) - 1)), 1), count - 2)
+        share = (times[lowest] - times[0]) / (times[-1] - times[0])
+        down = min(max(round((count - 1) * share), 1), count - 2)
         wanted = np.append(
             np.linspace(times[0], times[lowest], down, endpoint=False), np.linspace(times[lowest], times[-1], count - down)
         )
