@@ -12,7 +12,10 @@ from softbrake.sim.summary import Inflation, Summary
 
 if TYPE_CHECKING:
     from softbrake.case.full_stop import FullStop
+    from softbrake.studies.feasible_design import DesignFound, DesignProblem
     from softbrake.studies.inverse_design import DesignAnswer, Question
+
+DESIGN_ANSWERS = ("outcome", "impact_velocity", "lowest_height", "peak_deceleration")  # of each point of a search
 
 
 def summary_json(summary: Summary, tension_scale: float | None = None) -> str:
@@ -44,13 +47,16 @@ def inflation_json(inflation: Inflation) -> str:
     return json.dumps(asdict(inflation), indent=2, allow_nan=False)
 
 
-def design_json(question: Question, stop: tuple[FullStop, list[tuple[float, Summary]]], found: DesignAnswer) -> str:
-    """A search as one JSON object, SI units."""
-    energy, tried = stop
-    keys = ("outcome", "impact_velocity", "lowest_height", "peak_deceleration", "rebound_velocity", "peak_pressure")
+def design_json(question: Question, stop: tuple[FullStop, list[tuple[float, Summary]]] | None, found: DesignAnswer) -> str:
+    """A search as one JSON object, SI units. stop: of `piston`; None of a case with gas."""
+    keys = DESIGN_ANSWERS
+    piston = None
+    if stop is not None:
+        energy, tried = stop
+        pistons = [{"peak_time": when} | {key: getattr(summary, key) for key in keys[:3]} for when, summary in tried]
+        piston = asdict(energy) | {"piston": pistons}
     answers = {
-        "section_2_2": asdict(energy)
-        | {"piston": [{"peak_time": when} | {key: getattr(summary, key) for key in keys[:3]} for when, summary in tried]},
+        "section_2_2": piston,
         "find": question.path,
         "unit": question.unit,
         "target": {"name": question.target.name, "value": question.target.value},
@@ -64,6 +70,40 @@ def design_json(question: Question, stop: tuple[FullStop, list[tuple[float, Summ
             {"value": point.value, "fault": point.fault or None}
             | {key: getattr(point.summary, key, None) for key in (*keys, question.target.name)}
             for point in found.points
+        ],
+        "summary": asdict(found.summary),
+    }
+    return json.dumps(_finite(answers), indent=2, allow_nan=False)
+
+
+def feasible_json(problem: DesignProblem, found: DesignFound) -> str:
+    """A search under bounds as one JSON object, SI units; the nearest design where none meets all bounds."""
+    meeting = found.meeting
+    keys = dict.fromkeys([*DESIGN_ANSWERS, *(bound.name for bound in problem.bounds)])
+    variables, bounds = [], []
+    for k, each in enumerate(problem.variables):
+        values = [one.values[k] for one in meeting]
+        variables.append(
+            {"path": each.path, "unit": each.unit, "low": each.low, "high": each.high, "value": found.best.values[k]}
+            | {"meeting": [min(values), max(values)] if values else None}
+        )
+    for k, bound in enumerate(problem.bounds):
+        bounds.append(
+            {"name": bound.name, "at_most": bound.value, "answer": getattr(found.summary, bound.name)}
+            | {"margin": found.margins[k], "error": found.errors[k], "claimed": found.claimed(k)}
+        )
+    answers = {
+        "meets": found.best.meets and not found.missed,
+        "find": variables,
+        "targets": bounds,
+        "error_reason": found.basis,
+        "missed": found.missed or None,
+        "designs_tried": len(found.tried),
+        "designs_meeting": len(meeting),
+        "points": [
+            {"values": one.values, "margins": one.margins or None, "fault": one.fault or None}
+            | {key: getattr(one.summary, key, None) for key in keys}
+            for one in found.tried
         ],
         "summary": asdict(found.summary),
     }

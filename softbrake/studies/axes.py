@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import random
 import re
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import product
 from typing import Any, NamedTuple
@@ -235,7 +235,7 @@ def _combine(axes: Sequence[_Values], section: Mapping[str, Any], place: Place, 
             if axis.count:
                 expected = f"{_SPAN} is expected, samples say how many"
                 check.fault(axis.place, axis.path, "a range with a count in mode lhs", expected)
-        return [] if check.faults else _latin_hypercube(axes, samples or 0, section.get("seed", 0))
+        return [] if check.faults else _sampled(axes, samples or 0, section.get("seed", 0))
     if samples is not None:
         check.fault(place, "sweep.samples", f"given in mode {mode}", "mode: lhs, or no samples, is expected")
     for axis in axes:
@@ -257,12 +257,18 @@ def _combine(axes: Sequence[_Values], section: Mapping[str, Any], place: Place, 
     return product(*columns)
 
 
-def _latin_hypercube(axes: Sequence[_Values], samples: int, seed: int) -> Iterable[tuple[str, ...]]:
-    """One value of each axis in each of as many equal parts of it as there are samples, in an order of its own."""
+def _sampled(axes: Sequence[_Values], samples: int, seed: int) -> Iterator[tuple[str, ...]]:
+    """Values of the axes at the places of a Latin hypercube."""
+    for shares in latin_hypercube(len(axes), samples, seed):
+        yield tuple(axis.at(share) for axis, share in zip(axes, shares, strict=True))
+
+
+def latin_hypercube(axes: int, samples: int, seed: int) -> Iterator[tuple[float, ...]]:
+    """Places in the unit cube: of each axis one in each of as many equal parts as there are samples, in an order of its own."""
     chance = random.Random(seed)
     columns = []
-    for axis in axes:
+    for _ in range(axes):
         parts = [(k + chance.random()) / samples for k in range(samples)]
         chance.shuffle(parts)
-        columns.append([axis.at(part) for part in parts])
+        columns.append(parts)
     return zip(*columns, strict=True)

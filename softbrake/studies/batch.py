@@ -20,7 +20,7 @@ import numpy as np
 from softbrake.case.case import Case
 from softbrake.core.arrays import Floats, Outcome
 from softbrake.sim.cores import cores
-from softbrake.sim.simulation import NO_ROWS, Diverged, Simulation
+from softbrake.sim.simulation import NO_ROWS, Diverged, NotInflated, Simulation
 from softbrake.sim.summary import Summary
 from softbrake.studies.error_control import reached, refine
 
@@ -82,6 +82,6 @@ def run_one(case: Case, histories: bool = False, stop: threading.Event | None = 
         summary = drop.finish(outcome)
     except Diverged as error:
         summary, fault = error.summary, str(error)
-    except (ValueError, MemoryError) as error:
+    except (NotInflated, ValueError, MemoryError) as error:
         return Dropped(None, str(error) or "not enough memory", None)
     return Dropped(replace(summary, wall_seconds=perf_counter() - started), fault, np.concatenate(rows) if histories else None)

@@ -1,42 +1,28 @@
-"""The value of one input that brings an answer to its target: by section 2.2 of the paper for a piston, and by the model.
-
-The cargo that stops above the ground has no impact velocity. To search across that boundary, velocities are compared as
-energies per mass, V²/2, and below 0 stands what the shell could still have absorbed: see `Target.score`.
-"""
+"""The value of one input that brings an answer to its target: by section 2.2 of the paper for a piston, and by the model."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from difflib import get_close_matches
 from itertools import pairwise
 
-from softbrake.case.case import Case, is_quantity, key_at
+from softbrake.case.case import Case
 from softbrake.case.case_file import CaseError, CaseFile
 from softbrake.case.full_stop import FullStop
 from softbrake.case.level import level
-from softbrake.case.units import Dimension, parse_quantity, unit_of, unit_size
-from softbrake.sim.simulation import Diverged, simulate
+from softbrake.sim.simulation import Diverged, NotInflated, simulate
 from softbrake.sim.summary import Summary, Trial
 from softbrake.studies.batch import run_batch
 from softbrake.studies.convergence import estimate_of_neighbours
-from softbrake.studies.error_control import BUDGET, Refined, neighbours, refine
+from softbrake.studies.design_space import Variable, searched, variable
+from softbrake.studies.error_control import BUDGET, Refined, neighbours
+from softbrake.studies.targets import Target, target_of
 
-TARGETS = {
-    "impact_velocity": Dimension.SPEED,
-    "peak_deceleration": Dimension.ACCELERATION,
-    "peak_tension_generatrix": Dimension.TENSION,
-    "peak_tension_hoop": Dimension.TENSION,
-    "peak_tension_belt": Dimension.TENSION,
-}
-EXAMPLES = {"impact_velocity": "1.5m/s", "peak_deceleration": "8g"} | dict.fromkeys([*TARGETS][2:], "30kN/m")
-REACH = 3.0  # of the range on both sides of the value of the case
 POINTS = 9  # of the look at the range before the search
 ROUNDS = 4  # of a closer look around the nearest place, each a third as wide, where no place reaches the target
 SEARCH_WIDTH = 5e-4  # of the value, at which the search ends: below any error of the grid
 LEAST_WIDTH = 1e-6  # of the value, at which it ends where answers are not yet near the target
-NEAR = 1e-3  # of the target, by which the answer may be below it: an impact at a low speed changes much within SEARCH_WIDTH
 NUDGE = 0.03  # of the value, for its slope: above the scatter of crumpling cloth
 JUMP = 0.02  # of the range of scores: a change by more within the last bracket is no crossing
 PEAK_PLACES = (0.25, 0.5, 0.75, 1.0)  # of t_k, places of P_max tried with a piston
@@ -44,46 +30,6 @@ PEAK_PLACES = (0.25, 0.5, 0.75, 1.0)  # of t_k, places of P_max tried with a pis
 
 class NotReached(Exception):
     """No value of the range reaches the target; the message names what was found at both ends."""
-
-
-@dataclass(frozen=True)
-class Target:
-    """An answer and the value it shall have, in SI units."""
-
-    name: str  # of TARGETS
-    value: float
-    unit: str = ""  # in which people gave the value; SI where they gave none
-
-    def __str__(self) -> str:
-        return f"{self.name} = {self.in_unit(self.value, 'g')}"
-
-    def in_unit(self, value: float, form: str = ".5g") -> str:
-        """A value (SI) of the answer in the unit of the target."""
-        kind = TARGETS[self.name]
-        return f"{value / unit_size(self.unit or kind.unit, kind):{form}} {self.unit or kind.unit}"
-
-    @property
-    def near(self) -> float:
-        """Scores up to this, either way, are of answers within NEAR of the target; 0 for a target of 0."""
-        return NEAR * self.value ** (2 if self.name == "impact_velocity" else 1)
-
-    def score(self, case: Case, summary: Summary) -> float:
-        """What the search brings to 0: positive where the answer is above the target.
-
-        An impact velocity V counts as V²/2 - target²/2. Where the cargo stops at a height h above the ground, it has lost
-        V_0²/2 over the distance l1 - h, and at that mean deceleration could have lost h V_0²/(2 (l1 - h)) more: that, negative,
-        stands for V²/2. Both are 0 at the boundary between impact and stop and change with the pressure alike there, as V itself,
-        which rises like a square root, does not. Raises ValueError where a run has neither impact nor stop.
-        """
-        if self.name != "impact_velocity":
-            answer: float = getattr(summary, self.name)
-            return answer - self.value
-        if summary.impact_velocity is not None:
-            return 0.5 * (summary.impact_velocity**2 - self.value**2)
-        if summary.outcome != "stopped":
-            raise ValueError(f"neither impact nor stop by {summary.end_time:g} s")
-        fallen = max(case.shell.height - summary.lowest_height, 1e-9 * case.shell.height)
-        return -0.5 * case.cargo.velocity**2 * summary.lowest_height / fallen - 0.5 * self.value**2
 
 
 @dataclass(frozen=True)
@@ -97,7 +43,7 @@ class DesignPoint:
 
     def in_words(self, target: Target) -> str:
         """What the value gave."""
-        return self.fault.split(",")[0] if self.summary is None or self.score is None else answer(self.summary, target)
+        return self.fault.split(",")[0] if self.summary is None or self.score is None else target.answer(self.summary)
 
 
 @dataclass(frozen=True)
@@ -115,23 +61,13 @@ class DesignAnswer:
 
 
 @dataclass(frozen=True)
-class Question:
-    """A case, the path to vary and the answer wanted."""
+class Question(Variable):
+    """A variable of a case and the answer wanted of it."""
 
     case: Case  # as the file gives it
-    load: Callable[[float], Case]  # the case with a value of the path, SI unit
-    path: str
-    unit: str  # SI
+    load: Callable[[float], Case]  # the case with a value of the variable, SI unit
     target: Target
-    low: float
-    high: float
     check: Callable[[float], Refined] | None  # refines the case with a value, where it asks for a tolerance
-    shown: str = ""  # unit in which people gave the path's value or range; SI where they gave none
-    size: float = 1.0  # SI, of that unit
-
-    def in_unit(self, value: float, form: str = ".6g") -> str:
-        """A value (SI) of the path in the unit shown."""
-        return f"{value / self.size:{form}} {self.shown}".rstrip()
 
 
 def ask(
@@ -142,87 +78,25 @@ def ask(
     budget: float = BUDGET,
     report: Callable[[Trial], None] | None = None,
 ) -> Question:
-    """Return the question about a case file: `between` is LOW:HIGH, by default a third to three times the value of the case.
+    """Return the question about a case file; between: as of `variable`.
 
-    That of `pressure.value` is the mean pressure of section 2.2, for a sine its largest one. A case with a tolerance is refined
-    (`budget` s, `report`) for the level and the grid to search on, and once more at the value found, which may be another scene.
-    Raises ValueError for texts that are no question.
+    A case with a tolerance is refined (`budget` s, `report`) for the level and the grid to search on, and once more at the value
+    found, which may be another scene. Raises ValueError for texts that are no question.
     """
-    goal, case, key = _target(target), file.case, key_at(path)
-    if key is None or not isinstance(key.kind, Dimension) or not is_quantity(path):
-        raise ValueError(f"--find {path}: not a quantity of the drop; a path such as pressure.value or fabric.E is expected")
-    if path.startswith("pressure.") and case.gas is not None:
-        raise ValueError(f"--find {path}: the case has gas, no pressure law; a path such as gas.pressure is expected")
-    shown = file.unit_of(path) or key.kind.unit
-    if between is not None:
-        low, high = _between(between, key.kind)
-        shown = unit_of(between.split(":")[1]) or shown
-    elif path == "pressure.value":
-        stop = case.full_stop
-        middle = stop.largest if case.filling.law == "sine" else stop.mean
-        low, high = middle / REACH, middle * REACH
-    elif (value := file.quantity(path)) is not None:
-        low, high = sorted((value / REACH, value * REACH))
-    else:
-        raise ValueError(f"--find {path}: the case gives no value to start from; --range LOW:HIGH is expected")
-
-    size = unit_size(shown, key.kind)
-
-    def varied(value: float) -> Case:
-        return file.vary({path: value})
-
-    try:
-        varied(low), varied(high)  # before the first run
-    except CaseError as error:
-        fault = error.faults[0].partition(": ")[2]
-        ends = [f"{end / size:.6g} {shown}".rstrip() for end in (low, high)]
-        raise ValueError(f"--find {path} from {' to '.join(ends)}: {fault}") from None
-    if goal.name.startswith("peak_tension") and case.model.fidelity == "lumped":
-        raise ValueError(f"--target {target}: a lumped case has no shell, and so no tensions")
-    if goal.name == "peak_tension_belt" and not case.belts:
-        raise ValueError(f"--target {target}: the case has no belts")
-    tolerance = case.tolerance
-    if tolerance is None:
-        return Question(case, varied, path, key.kind.unit, goal, low, high, None, shown, size)
-    chosen = refine(case, tolerance, budget, report).case
-
-    def load(value: float) -> Case:
-        return level(varied(value), chosen.model.fidelity, chosen.grid.generatrix, chosen.grid.hoop, chosen.time.courant)
-
-    def check(value: float) -> Refined:
-        return refine(varied(value), tolerance, budget, report)
-
-    return Question(case, load, path, key.kind.unit, goal, low, high, check, shown, size)
-
-
-def _target(text: str) -> Target:
-    name, _, value = (part.strip() for part in text.partition("="))
-    if name not in TARGETS:
-        close = get_close_matches(name, TARGETS, 1)
-        hint = f"did you mean '{close[0]}'?" if close else f"known are {', '.join(TARGETS)}"
-        raise ValueError(f"--target {text}: unknown answer '{name}'; {hint}")
-    try:
-        number = parse_quantity(value, TARGETS[name])
-    except ValueError as error:
-        raise ValueError(
-            f"--target {text}: {error}; {TARGETS[name].phrase} such as {name}={EXAMPLES[name]} is expected"
-        ) from None
-    if number < 0.0:
-        raise ValueError(f"--target {text}: {value} is out of range; {TARGETS[name].phrase} >= 0 is expected")
-    return Target(name, number, unit_of(value))
-
-
-def _between(text: str, kind: Dimension) -> tuple[float, float]:
-    parts = text.split(":")
-    try:
-        if len(parts) != 2:
-            raise ValueError(f"'{text}' is not LOW:HIGH")
-        low, high = (parse_quantity(part, kind) for part in parts)
-    except ValueError as error:
-        raise ValueError(f"--range {text}: {error}; {kind.phrase} on both sides of a colon is expected") from None
-    if not low < high:
-        raise ValueError(f"--range {text}: not a range; LOW < HIGH is expected")
-    return low, high
+    goal, varied = target_of(target, file.case), variable(file, path, between)
+    for end in (varied.low, varied.high):  # before the first run
+        try:
+            file.vary({path: end})
+        except CaseError as error:
+            raise varied.refused(error.faults[0]) from None
+    load, check = searched(file, budget, report)
+    return Question(
+        **vars(varied),
+        case=file.case,
+        load=lambda value: load({path: value}),
+        target=goal,
+        check=None if check is None else lambda value: check({path: value}),
+    )
 
 
 def piston(case: Case) -> tuple[FullStop, list[tuple[float, Summary]]]:
@@ -326,28 +200,16 @@ def _checked(found: DesignAnswer, check: Callable[[float], Refined], target: Tar
     """The answer with the refinement at its value; error: of the search, in units of the score."""
     try:
         refined = check(found.value)
-    except Diverged as diverged:
-        return replace(found, missed=f"the check has no answer: {diverged}")
-    return replace(found, summary=refined.summary, missed=_missed_by(refined, target, error))
+        return replace(found, summary=refined.summary, missed=_missed_by(refined, target, error))
+    except (Diverged, NotInflated, ValueError) as fault:
+        return replace(found, missed=f"the check has no answer: {fault}")
 
 
 def _missed_by(checked: Refined, target: Target, error: float) -> str:
     """In words what a refinement gives where its score is off 0 by more than its error and that of the search (of the score)."""
     summary = checked.summary
-    score, own = target.score(checked.case, summary), (summary.peak_errors or {}).get(target.name) or 0.0
-    if target.name == "impact_velocity":
-        speed, bar = summary.impact_velocity or 0.0, summary.impact_velocity_error or 0.0
-        own = speed * bar + 0.5 * bar**2  # of V²/2
-    return f"the check gives {answer(summary, target)}, not {target}" if abs(score) > own + error else ""
-
-
-def answer(summary: Summary, target: Target) -> str:
-    """What a run gave, in words."""
-    value: float | None = getattr(summary, target.name)
-    if value is None:
-        ended = "rebounded from" if summary.outcome == "rebound" else "stopped at"
-        return f"{ended} a height of {summary.lowest_height:.4g} m"
-    return target.in_unit(value)
+    score, own = target.score(checked.case, summary), target.error(summary) or 0.0
+    return f"the check gives {target.answer(summary)}, not {target}" if abs(score) > own + error else ""
 
 
 def _tried(load: Callable[[float], Case], target: Target, values: Sequence[float]) -> list[DesignPoint]:
@@ -411,7 +273,7 @@ def _numerical_error(case: Case, target: Target, summary: Summary) -> tuple[floa
     try:
         runs = [*neighbours(case), summary]
         scores = [target.score(case, one) for one in runs]
-    except (Diverged, ValueError) as fault:
+    except (Diverged, NotInflated, ValueError) as fault:
         return None, f"no error bar: a coarser grid has no answer ({str(fault).split(';')[0]})"
     error = estimate_of_neighbours([one.model.generatrix for one in runs], scores).error
     return error, "four grids beside one another, and the last bracket"
@@ -421,7 +283,7 @@ def _missed(scan: Sequence[DesignPoint], question: Question) -> str:
     target, places = question.target, len(scan)
     ends = "; ".join(f"at {question.in_unit(point.value)}: {point.in_words(target)}" for point in (scan[0], scan[-1]))
     lost = sum(point.score is None for point in scan)
-    late = sum("neither impact nor stop" in point.fault for point in scan)
+    late = sum("neither impact" in point.fault for point in scan)
     longer = "; raise time.end" if 2 * late > places else ""
     near = _nearest(scan)
     if near is None:
