@@ -2,6 +2,7 @@
 
 import ast
 import re
+import shlex
 from functools import cache
 from pathlib import Path
 from typing import NamedTuple
@@ -149,14 +150,16 @@ def test_commands_exist(document: Path) -> None:
 
 
 TUTORIAL = ROOT / "docs" / "tutorial" / "index.md"
+VENTED = TUTORIAL.with_name("vented.md")
 CHANGING = re.compile(
     r"^(lumped|full|axisymmetric) |^level|^ {40}|^standard error|^scatter"
 )  # hold seconds, or depend on round-off
 
 
 def quoted() -> dict[str, list[str]]:
-    """Commands of the tutorial with the lines it quotes of their answers, spaces made single."""
-    blocks = re.findall(r"^```\n(\$ .*?)^```", TUTORIAL.read_text(encoding="utf-8"), re.DOTALL | re.MULTILINE)
+    """Commands of the tutorials with the lines they quote of their answers, spaces made single."""
+    text = "".join(tutorial.read_text(encoding="utf-8") for tutorial in (TUTORIAL, VENTED))
+    blocks = re.findall(r"^```\n(\$ .*?)^```", text, re.DOTALL | re.MULTILINE)
     answers: dict[str, list[str]] = {}
     for line in "".join(blocks).splitlines():
         if line.startswith("$ softbrake "):
@@ -169,8 +172,9 @@ def quoted() -> dict[str, list[str]]:
 @pytest.mark.slow
 @pytest.mark.parametrize("arguments", [command for command, lines in quoted().items() if lines])
 def test_tutorial_quotes_what_the_commands_print(arguments: str, softbrake: Command, tmp_path: Path) -> None:
-    (tmp_path / "airdrop.yaml").write_bytes((ROOT / "configs" / "airdrop.yaml").read_bytes())
-    done = softbrake(*arguments.split(), "-q")
+    for name in ("airdrop.yaml", "airdrop-vented.yaml"):
+        (tmp_path / name).write_bytes((ROOT / "configs" / name).read_bytes())
+    done = softbrake(*shlex.split(arguments), "-q")
     assert done.returncode == 0, done.stderr
     printed = [" ".join(line.split()) for line in done.stdout.splitlines()]
     missing = [line for line in quoted()[arguments] if line not in printed]
@@ -215,6 +219,7 @@ def test_tables_are_included_and_say_how_they_are_made() -> None:
 
 
 def test_tutorial_shows_the_shipped_case() -> None:
-    text, case = TUTORIAL.read_text(encoding="utf-8"), (ROOT / "configs" / "airdrop.yaml").read_text(encoding="utf-8")
-    block = text.split("```yaml\n")[1].split("```")[0]
-    assert block in case
+    for tutorial, name in ((TUTORIAL, "airdrop.yaml"), (VENTED, "airdrop-vented.yaml")):
+        text, case = tutorial.read_text(encoding="utf-8"), (ROOT / "configs" / name).read_text(encoding="utf-8")
+        block = text.split("```yaml\n")[1].split("```")[0]
+        assert block in case
