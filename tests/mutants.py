@@ -182,6 +182,13 @@ MUTANTS = (
         "    if ratio < 0.0:\n",
         (f"{GAS}::test_choking",),
     ),
+    Mutant(
+        "a step that goes past what the last of the gas does",
+        "core/gas.py",
+        "    return PART_OF_VOLUME * last_step * left / fallen\n",
+        "    return inf\n",
+        (f"{GAS}::test_leaking_bag_pressed_flat",),
+    ),
 )
 
 

@@ -557,6 +557,17 @@ def test_pressed_to_a_fiftieth_of_its_volume() -> None:
     assert (found.outcome, found.rebound_velocity) == ("rebound", pytest.approx(9.0, rel=1e-5))
 
 
+@pytest.mark.parametrize("mass", [12e3, 40e3])
+def test_leaking_bag_pressed_flat(mass: float) -> None:
+    """The wall that leaks is pressed flat with the bag: the last gas stops the cargo within a millimetre of the ground."""
+    diameter, height, _, velocity, pressure = PISTONS["S2"]
+    course = Piston(diameter, height, mass, velocity, pressure, leakage=0.05).fall(1.0, 1e-4)
+    rows, outcome = finish(Simulation(gas_case("S2", cargo={"mass": mass}, leakage=0.05)))
+    assert outcome == Outcome.REBOUND
+    for low, error in ((0.05, 1e-6), (0.01, 5e-5), (0.001, 5e-4)):
+        assert at_height(rows, low) == pytest.approx(-course.passes(low)[1], rel=error)
+
+
 def test_a_run_to_full_stop_and_one_to_lift_off() -> None:
     """A closed bag has its peaks at the lowest point, one that vents before; both runs know the same."""
     for sections in ({}, {"vents": VENT}):

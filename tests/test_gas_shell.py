@@ -12,6 +12,7 @@ from exact import Floats
 from gas_scenes import AMBIENT, GRAVITY, finish, gas_case, keeps, orifice
 from test_gas import fitted_order, full_stop
 
+from benchmarks.gas import Found
 from softbrake.case.case import Case
 from softbrake.core.arrays import GasState, Model, Outcome
 from softbrake.core.columns import History
@@ -323,3 +324,20 @@ def test_closed_bag_that_stays_on_the_ground_ends_at_the_top_of_its_first_reboun
     assert (lowest.outcome, lowest.end_time) == ("stopped", pytest.approx(found.rest_time))
     assert lowest.lowest_height == pytest.approx(found.lowest_height, rel=1e-9)
     assert found.peak_pressure == pytest.approx(rows[:, History.PRESSURE].max(), rel=1e-12)
+
+
+# --- random ----------------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("seeds", [range(10), range(10, 20), (116, 179, 463, 480)], ids=["0", "10", "pressed flat"])
+def test_random_drops_come_to_an_end_and_make_no_energy(seeds: range | tuple[int, ...]) -> None:
+    """A sample of the five hundred of benchmarks/gas.py, and of those whose last gas is pressed out on the ground."""
+    found = Found()
+    for seed in seeds:
+        found.drop(seed)
+    assert not found.failures
+    assert not found.gained
+    assert found.energy < 1e-10
+    assert found.mass < 1e-12
+    assert sum(found.outcomes.values()) == len(seeds)

@@ -94,6 +94,7 @@ class GasState(IntEnum):
     EXPECTED_VOLUME = 10  # m^3, at the end of the last step by the volume and its rate at its start
     EXPECTED_AFTER = 11  # s, how long that step was; 0 where nothing was expected
     CURVATURE = 12  # m^3/s^2, of the volume over the step: what that was off over the square of the step
+    LEAST_VOLUME = 13  # m^3, that the gas is left where the shell's is less, or turned inside out
 
 
 class ContactCount(IntEnum):

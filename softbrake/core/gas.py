@@ -22,7 +22,8 @@ from softbrake.core.lanes import ONE
 from softbrake.core.peaks import raise_peak
 from softbrake.core.tables import integral_of_table
 
-SMALLEST_VOLUME = 1e-9  # of the free volume
+LEAST_VOLUME = 1e-5  # of that at first contact
+PART_OF_VOLUME = 0.05  # by which it may fall in a step of Courant coefficient 1
 MOST_CHANGE = 0.02  # of the volume, at once, where some flows in or out
 MOST_FLOW_RATIO = 0.1  # of that to the part that could flow out: 0.2 of it at once
 TABLE = len(VentConstant)  # column of `Gas.vents` where the table of a discharge begins
@@ -63,6 +64,7 @@ def begin_gas(model, state, pressure, temperature, volume):
     chamber[GasState.TIME] = state.now[History.TIME]
     chamber[GasState.HEIGHT] = state.now[History.HEIGHT]
     chamber[GasState.VOLUME] = chamber[GasState.NEXT_VOLUME] = volume
+    chamber[GasState.LEAST_VOLUME] = LEAST_VOLUME * volume
     chamber[GasState.MASS] = ratio * gas.ambient_pressure * volume / (gas.gas_constant * temperature)
     chamber[GasState.FREE_VOLUME] = volume * (ratio ** (1.0 / gas.exponent) if ratio > 1.0 else ratio)
     chamber[GasState.PRESSURE] = gas.ambient_pressure + max(pressure, 0.0)
@@ -80,7 +82,7 @@ def advance_gas(gas, chamber, vents, now, peaks):
     length = now[History.TIME] - chamber[GasState.TIME]
     if length <= 0.0:
         return
-    volume = max(chamber[GasState.NEXT_VOLUME], SMALLEST_VOLUME * chamber[GasState.FREE_VOLUME])
+    volume = max(chamber[GasState.NEXT_VOLUME], chamber[GasState.LEAST_VOLUME])
     if gas.closed == 1:
         change_volume(gas, chamber, now, volume)
     else:
@@ -349,7 +351,20 @@ def limit_with_gas(model, state, by_row, limit):
     total = columns * (model.n2 * total + model.cover_area * model.cover_area / model.cargo_mass)
     rate = 1.0 / limit
     square = stiffness(model.gas, state.gas, total) + max(state.now[History.PRESSURE] - model.pressure.most, 0.0) * turned
-    return 2.0 / (rate + sqrt(rate * rate + square) + venting_rate(model.gas, state.gas))
+    limit = 2.0 / (rate + sqrt(rate * rate + square) + venting_rate(model.gas, state.gas))
+    return min(limit, shrinking_limit(state.gas, state.last_step[0]))
+
+
+@kernel
+def shrinking_limit(chamber, last_step):
+    """Return the step (s) in which the volume falls by PART_OF_VOLUME, as fast as in the last one (s); infinite where it grows.
+
+    A longer one would go past what the last of the gas does, and throw the cargo back.
+    """
+    fallen, left = chamber[GasState.VOLUME] - chamber[GasState.NEXT_VOLUME], chamber[GasState.NEXT_VOLUME]
+    if fallen <= 0.0 or left <= chamber[GasState.LEAST_VOLUME]:
+        return inf
+    return PART_OF_VOLUME * last_step * left / fallen
 
 
 @kernel
