@@ -6,9 +6,9 @@
     /softbrake  attributes version, source_hash and tension_scale; JSON texts `case` and, once the run has ended, `summary`,
                 or `inflation` of a shell at rest
 
-Snapshots and history are kept for half a second and then written together, the step counter last, and flushed: the file of a
-killed run stays readable, and lacks that much at most. So does that of a run whose disk gets full: the run goes on without it.
-A file that has its answer is packed when it is closed.
+Snapshots and history are kept for half a second and then written together, and flushed; last, in one write, the times and the
+step counter. The file of a killed run stays readable, by VTK too, and lacks that much at most. So does that of a run whose disk
+gets full: the run goes on without it. A file that has its answer is packed when it is closed.
 """
 
 from __future__ import annotations
@@ -225,10 +225,9 @@ class ResultFile:
                 times = self._kept.pop(self._times, [])
                 for dataset, rows in self._kept.items():
                     _append(dataset, np.concatenate(rows))
-                if times:
-                    _append(self._times, np.concatenate(times))
                 self._file.flush()
-                if times:  # the counter last: VTK aborts on a file whose counter and arrays disagree
+                if times:  # counter and times last, in one write: VTK aborts where there are more times than it counts steps
+                    _append(self._times, np.concatenate(times))
                     self._steps.attrs.modify("NSteps", len(self._times))
                     self._file.flush()
             if times and self._staged.fault is None:
@@ -483,6 +482,9 @@ def _lay_out(file: h5py.File, case: Case) -> None:
     root = file.create_group("VTKHDF")
     root.attrs["Version"] = np.array([2, 0], np.int64)
     root.attrs["Type"] = np.bytes_("PolyData")  # VTK 9.3 and 9.4 refuse a str
+    steps = root.create_group("Steps")  # before what depends on the grid: its counter and its times stay within one page
+    steps.attrs["NSteps"] = 0
+    _growing(steps, "Values", np.float64, (_BLOCK,), "s")
     root["NumberOfPoints"] = np.array([points], np.int64)
     for name, cells in (("Vertices", []), ("Lines", lines), ("Polygons", polygons), ("Strips", [])):
         _write_cells(root.create_group(name), cells)
@@ -495,9 +497,6 @@ def _lay_out(file: h5py.File, case: Case) -> None:
     scalars = SCALARS if case.gas is None else SCALARS | GAS_SCALARS
     for name, unit in scalars.items():
         _growing(root, f"FieldData/{name}", np.float64, (_BLOCK,), unit)
-    steps = root.create_group("Steps")
-    steps.attrs["NSteps"] = 0
-    _growing(steps, "Values", np.float64, (_BLOCK,), "s")
     for name in _offsets(points, len(part), scalars):
         _growing(steps, name, np.int64, (_BLOCK, 4) if name in _FOR_EACH_CELL_KIND else (_BLOCK,))
     dtype = history_dtype(case)
