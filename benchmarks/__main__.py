@@ -32,6 +32,7 @@ from rich.table import Table
 import softbrake
 from benchmarks.batch import batch_rate
 from benchmarks.calibration import Calibration
+from benchmarks.gas_cost import batch_cost, step_cost
 from softbrake.case.case import Case
 from softbrake.case.case_file import load_case
 from softbrake.core.arrays import Floats, Outcome, State
@@ -264,6 +265,10 @@ def main() -> None:
         "whole_drop": show(console, "The paper's drop with its result file", drops),
         "batch": show(console, "Axisymmetric drops at once, 36 cells", batches),
     }
+    if not options.short:
+        scenes = (("axisymmetric", small), ("full", small), ("full", (144, 360)))
+        report["gas_step"] = show(console, "A step with gas over one under a law", (step_cost(*scene) for scene in scenes))
+        report["gas_batch"] = show(console, "Axisymmetric drops at once, with gas", batch_cost())
     if options.yardstick is not None:
         beside = [beside_yardstick(options.yardstick, grid, calibration) for grid in (small, (144, 360))]
         report["yardstick"] = show(console, "Beside the C step (CPU time)", beside)

@@ -1,10 +1,11 @@
 """Fixtures for several test files."""
 
+import json
 import os
 import signal
 import subprocess
 import sys
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import pytest
@@ -15,6 +16,7 @@ ROOT = Path(__file__).resolve().parents[1]
 PATIENCE = 900.0  # s, after which what hangs is ended; no outcome hangs on it
 
 Command = Callable[..., subprocess.CompletedProcess[str]]
+VtkSteps = Callable[[Path], list[tuple[float, list[list[float]]]]]
 
 
 @pytest.fixture(scope="session")
@@ -58,3 +60,45 @@ def softbrake(tmp_path: Path, environment: dict[str, str]) -> Command:
         )
 
     return command
+
+
+VTK_READER = """
+import json, sys
+from vtkmodules.vtkIOHDF import vtkHDFReader
+for line in sys.stdin:
+    reader = vtkHDFReader()
+    reader.SetFileName(json.loads(line))
+    reader.UpdateInformation()
+    steps = []
+    for step in range(reader.GetNumberOfSteps()):
+        reader.SetStep(step)
+        reader.Update()
+        shell = reader.GetOutputDataObject(0)
+        steps.append((reader.GetTimeValue(), [shell.GetPoint(k) for k in range(shell.GetNumberOfPoints())]))
+    print(json.dumps(steps), flush=True)
+"""
+
+
+@pytest.fixture(scope="module")
+def vtk_steps_apart(environment: dict[str, str]) -> Iterator[VtkSteps]:
+    """Time and points of each step of a result file, read by VTK in a process of its own: its abort is a failed test."""
+    pytest.importorskip("vtkmodules.vtkIOHDF")
+    with subprocess.Popen(
+        [sys.executable, "-c", VTK_READER],
+        env=environment,
+        stdin=subprocess.PIPE,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.DEVNULL,
+        text=True,
+    ) as process:
+        assert process.stdin and process.stdout
+        asked, told = process.stdin, process.stdout
+
+        def steps(path: Path) -> list[tuple[float, list[list[float]]]]:
+            asked.write(json.dumps(str(path)) + "\n")
+            asked.flush()
+            said = told.readline()
+            assert said, f"VTK's reader ended with code {process.wait()}"
+            return [(time, points) for time, points in json.loads(said)]
+
+        yield steps

@@ -33,7 +33,7 @@ class Mutant(NamedTuple):
     tests: tuple[str, ...]  # in tests/
 
 
-KERNELS, FIDELITY, FOLDS = "test_kernels.py", "test_fidelity.py", "test_self_contact.py"
+KERNELS, FIDELITY, FOLDS, GAS = "test_kernels.py", "test_fidelity.py", "test_self_contact.py", "test_gas.py"
 MUTANTS = (
     Mutant(
         "pressed pairs stay where they are pressed",
@@ -132,6 +132,62 @@ MUTANTS = (
         "RIM = 1e-8",
         "RIM = 0.0",
         (f"{FOLDS}::test_no_way_leads_between_the_triangles_of_a_face",),
+    ),
+    Mutant(
+        "work of the gas by the pressure before",
+        "core/gas.py",
+        "work = before * old * log(new / old) if isothermal else (before * old - after * new) / excess",
+        "work = before * (new - old)",
+        (f"{GAS}::test_closed_gas_keeps_its_polytrope",),
+    ),
+    Mutant(
+        "enthalpy of what leaves with cv",
+        "core/gas.py",
+        "(gas.gamma - 1.0) + limp\n",
+        "gas.gamma / (gas.gamma - 1.0) + limp\n",
+        (f"{GAS}::test_gas_that_stays_keeps_its_entropy",),
+    ),
+    Mutant(
+        "outflow of Euler",
+        "core/gas.py",
+        "half = mass - 0.5 * length * outflow",
+        "half = mass - 0.0 * length * outflow",
+        (f"{GAS}::test_order_of_convergence",),
+    ),
+    Mutant(
+        "a burst at the end of the step",
+        "core/gas.py",
+        "vents[k, VentState.OPEN], vents[k, VentState.SHARE] = 1.0, 1.0 - at",
+        "vents[k, VentState.OPEN], vents[k, VentState.SHARE] = 1.0, 0.0",
+        (f"{GAS}::test_order_of_convergence",),
+    ),
+    Mutant(
+        "gas drawn in fills all of a limp shell",
+        "core/gas.py",
+        "    if limp < taken:\n",
+        "    if True:\n",
+        (f"{GAS}::test_course_of_the_twin",),
+    ),
+    Mutant(
+        "a relief valve that opens once",
+        "core/gas.py",
+        "vents[k, VentState.SHUT] = 0.0 if again else 1.0",
+        "vents[k, VentState.SHUT] = 1.0",
+        (f"{GAS}::test_relief_valve_opens_again_and_again",),
+    ),
+    Mutant(
+        "choking left out",
+        "core/gas.py",
+        "    if ratio < gas.choking:\n",
+        "    if ratio < 0.0:\n",
+        (f"{GAS}::test_choking",),
+    ),
+    Mutant(
+        "a step that goes past what the last of the gas does",
+        "core/gas.py",
+        "    return PART_OF_VOLUME * last_step * left / fallen\n",
+        "    return inf\n",
+        (f"{GAS}::test_leaking_bag_pressed_flat",),
     ),
 )
 

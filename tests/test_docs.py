@@ -2,6 +2,7 @@
 
 import ast
 import re
+import shlex
 from functools import cache
 from pathlib import Path
 from typing import NamedTuple
@@ -9,7 +10,9 @@ from typing import NamedTuple
 import pytest
 from conftest import Command
 
+from softbrake.case.case_file import parse_case
 from softbrake.cli.app import app
+from softbrake.sim.simulation import simulate
 
 ROOT = Path(__file__).resolve().parents[1]
 DOCUMENTS = sorted([*ROOT.glob("*.md"), *ROOT.glob("docs/**/*.md")])
@@ -147,14 +150,16 @@ def test_commands_exist(document: Path) -> None:
 
 
 TUTORIAL = ROOT / "docs" / "tutorial" / "index.md"
+VENTED = TUTORIAL.with_name("vented.md")
 CHANGING = re.compile(
     r"^(lumped|full|axisymmetric) |^level|^ {40}|^standard error|^scatter"
 )  # hold seconds, or depend on round-off
 
 
 def quoted() -> dict[str, list[str]]:
-    """Commands of the tutorial with the lines it quotes of their answers, spaces made single."""
-    blocks = re.findall(r"^```\n(\$ .*?)^```", TUTORIAL.read_text(encoding="utf-8"), re.DOTALL | re.MULTILINE)
+    """Commands of the tutorials with the lines they quote of their answers, spaces made single."""
+    text = "".join(tutorial.read_text(encoding="utf-8") for tutorial in (TUTORIAL, VENTED))
+    blocks = re.findall(r"^```\n(\$ .*?)^```", text, re.DOTALL | re.MULTILINE)
     answers: dict[str, list[str]] = {}
     for line in "".join(blocks).splitlines():
         if line.startswith("$ softbrake "):
@@ -167,12 +172,41 @@ def quoted() -> dict[str, list[str]]:
 @pytest.mark.slow
 @pytest.mark.parametrize("arguments", [command for command, lines in quoted().items() if lines])
 def test_tutorial_quotes_what_the_commands_print(arguments: str, softbrake: Command, tmp_path: Path) -> None:
-    (tmp_path / "airdrop.yaml").write_bytes((ROOT / "configs" / "airdrop.yaml").read_bytes())
-    done = softbrake(*arguments.split(), "-q")
+    for name in ("airdrop.yaml", "airdrop-vented.yaml"):
+        (tmp_path / name).write_bytes((ROOT / "configs" / name).read_bytes())
+    done = softbrake(*shlex.split(arguments), "-q")
     assert done.returncode == 0, done.stderr
     printed = [" ".join(line.split()) for line in done.stdout.splitlines()]
     missing = [line for line in quoted()[arguments] if line not in printed]
     assert not missing
+
+
+BAG = """\
+shell: {diameter: 0.5 m, height: 0.6 m}
+fabric: {E: 20 kN/m, areal_density: 0.05 kg/m^2, viscosity: 0.2 N*s/m}
+cargo: {mass: 100 kg, velocity: 6 m/s}
+model: {fidelity: lumped}
+"""
+PIECES = [
+    (document, piece)
+    for document in (ROOT / "docs" / "how-to" / "gas.md", ROOT / "README.md")
+    for piece in re.findall(r"^```yaml\n(gas:.*?)^```", document.read_text(encoding="utf-8"), re.DOTALL | re.MULTILINE)
+]
+
+
+@pytest.mark.parametrize(
+    ("document", "piece"), PIECES, ids=lambda part: part.name if isinstance(part, Path) else part.split("\n")[1]
+)
+def test_pieces_of_a_gas_are_cases_that_run(document: Path, piece: str) -> None:
+    """With the rest of a case, by the piston; its gas lets out what it is said to."""
+    case = parse_case(BAG + piece, document.name)
+    answer = simulate(case)
+    assert case.gas is not None and answer.peak_pressure is not None
+    assert answer.outcome in ("impact", "rebound") or answer.rest_time is not None
+    assert answer.peak_pressure > case.gas.pressure
+    assert (answer.vented_mass == 0.0) == ("vents" not in piece and "leakage" not in piece and "permeability" not in piece)
+    assert None not in (answer.vent_opening_times or ())
+    assert abs(answer.energy_error) < 1e-10
 
 
 def test_tables_are_included_and_say_how_they_are_made() -> None:
@@ -185,6 +219,7 @@ def test_tables_are_included_and_say_how_they_are_made() -> None:
 
 
 def test_tutorial_shows_the_shipped_case() -> None:
-    text, case = TUTORIAL.read_text(encoding="utf-8"), (ROOT / "configs" / "airdrop.yaml").read_text(encoding="utf-8")
-    block = text.split("```yaml\n")[1].split("```")[0]
-    assert block in case
+    for tutorial, name in ((TUTORIAL, "airdrop.yaml"), (VENTED, "airdrop-vented.yaml")):
+        text, case = tutorial.read_text(encoding="utf-8"), (ROOT / "configs" / name).read_text(encoding="utf-8")
+        block = text.split("```yaml\n")[1].split("```")[0]
+        assert block in case

@@ -8,11 +8,14 @@ import numpy as np
 import pytest
 import synthetic_drop as drop
 
+from softbrake.case.case_file import parse_case
 from softbrake.core.columns import History
 from softbrake.report.plots.drop import draw_drop, drop_figure, plot_result, result_figure
 from softbrake.report.plots.page import drop_charts
+from softbrake.report.plots.panels import moments
 from softbrake.report.plots.style import PlotError
-from softbrake.sim.result_file import ResultError, ResultFile, read_case, read_history, read_summary
+from softbrake.sim.result_file import ResultError, ResultFile, read_case, read_history, read_snapshots, read_summary
+from softbrake.sim.simulation import simulate
 
 pytest.importorskip("matplotlib")
 
@@ -52,6 +55,56 @@ def test_curves_are_the_history_in_the_units_of_their_axes(result: Path) -> None
     assert energy["kinetic energy"][-1, 1] - energy["kinetic energy"][0, 1] == pytest.approx(works)
     assert figure.axes[-1].get_xlabel() == "time, ms"
     assert "impact at 3.600 m/s, free fall 6.911 m/s" in figure.get_suptitle()
+
+
+VENT = "vents=[{area: 20 cm^2, discharge: 0.6, opens: {pressure: 10 kPa}}]"
+
+
+def test_a_gas_has_its_curves_and_the_speed_its_rest_and_rebound(tmp_path: Path) -> None:
+    path = tmp_path / "piston.vtkhdf"
+    answer = simulate(parse_case(drop.PISTON, "piston", [VENT]), path)
+    history, figure = read_history(path), result_figure(path)
+    assert answer.rebound_velocity is not None and answer.rest_time is not None and answer.vent_opening_times is not None
+    for title, unit, column, scale in (
+        ("Pressure of the gas, gauge", "kPa", "pressure", 1e-3),
+        ("Temperature of the gas", "K", "temperature", 1.0),
+        ("Mass of the gas", "kg", "gas_mass", 1.0),
+        ("Flow out", "kg/s", "vent_flow", 1.0),
+    ):
+        shown = panel(figure, title)
+        assert shown.get_ylabel() == unit
+        np.testing.assert_allclose(shown.lines[0].get_xydata(), np.column_stack((history["time"] * 1e3, history[column] * scale)))
+    assert panel(figure, "Temperature").get_ylim()[0] > 200.0
+    speed, opening = curves(panel(figure, "Speed")), curves(panel(figure, "Pressure"))["vent opens"]
+    np.testing.assert_allclose(speed["first at rest"], [[answer.rest_time * 1e3, 0.0]])
+    np.testing.assert_allclose(speed["rebound"], [[answer.end_time * 1e3, -answer.rebound_velocity]])
+    np.testing.assert_allclose(opening, [[answer.vent_opening_times[0] * 1e3, 10.0]], rtol=1e-3)
+    assert f"rebound at {answer.rebound_velocity:.3f} m/s, lowest at {answer.lowest_height:.4g} m" in figure.get_suptitle()
+
+
+def test_a_closed_bag_has_no_flow_and_a_law_no_temperature(result: Path, tmp_path: Path) -> None:
+    path = tmp_path / "piston.vtkhdf"
+    simulate(parse_case(drop.PISTON, "piston"), path)
+    closed, law = ([axes.get_title(loc="left") for axes in result_figure(file).axes] for file in (path, result))
+    assert "Temperature of the gas" in closed and not [title for title in closed if title.startswith(("Mass", "Flow"))]
+    assert not [title for title in law if "gas" in title]
+
+
+def test_moments_of_a_rebound_show_the_lowest_place(tmp_path: Path) -> None:
+    """And say which way the cargo goes: at lift-off as fast up as it came down."""
+    path = tmp_path / "piston.vtkhdf"
+    simulate(parse_case(drop.PISTON, "piston", ["output.snapshot_interval=1 ms"]), path)
+    shots = read_snapshots(path)
+    for count in (3, 4, 6, 8):
+        chosen = moments(shots, count)
+        assert len(chosen) == count
+        assert {0, int(np.argmin(shots.height)), len(shots.times) - 1} <= set(chosen)
+        assert np.diff(shots.times[chosen]).max() < 2.0 * shots.times[-1] / (count - 1)
+    for second, lowest in ((0.1999, 10), (0.2001, 10), (0.15, 30)):  # of strokes alike the first
+        height = np.interp(np.arange(len(shots.times)), [0, 10, 20, 30, len(shots.times) - 1], [0.3, 0.2, 0.28, second, 0.3])
+        assert lowest in moments(replace(shots, height=height), 6)
+    labels = [text.get_text() for text in drop_figure(path).axes[0].texts]
+    assert labels[0] == "0 ms\n5.00 m/s" and labels[-1] == "42 ms\n5.00 m/s up"
 
 
 def test_page_and_picture_have_one_g(tmp_path: Path) -> None:

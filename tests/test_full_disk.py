@@ -11,7 +11,7 @@ import h5py
 import numpy as np
 import pytest
 import synthetic_drop as drop
-from conftest import ROOT, Command
+from conftest import ROOT, Command, VtkSteps
 from typer.testing import CliRunner
 
 from softbrake.case.case_file import load_case, open_case
@@ -254,14 +254,10 @@ def test_outputs_without_room_leave_nothing(tmp_path: Path, environment: dict[st
     assert [path.name for path in tmp_path.iterdir()] == ["drop.vtkhdf"]
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize(("snapshots", "share"), [(9, 1.0), (70, 0.1)])
-def test_a_kill_between_any_two_writes_leaves_a_readable_file(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, snapshots: int, share: float
-) -> None:
-    """From the first byte to the packed file; 70 snapshots split the tables of chunks."""
+def states_between_writes(path: Path, monkeypatch: pytest.MonkeyPatch, snapshots: int, share: float) -> list[bytes]:
+    """What a kill of `write_drop` before each of its writes to the disk would leave, or before a random share of them."""
     monkeypatch.setattr(results, "SECONDS_KEPT", 0.0)
-    path, put, random = tmp_path / "drop.vtkhdf", StagedFile._put, np.random.default_rng(16)
+    put, random = StagedFile._put, np.random.default_rng(16)
     states: list[bytes] = []
 
     def look_and_put(file: StagedFile, offset: int, data: bytes) -> None:
@@ -272,11 +268,42 @@ def test_a_kill_between_any_two_writes_leaves_a_readable_file(
     monkeypatch.setattr(StagedFile, "_put", look_and_put)
     assert write_drop(path, snapshots) == [None]
     assert len(states) > 200
-    counts = []
-    for state in states:
+    return states
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("snapshots", "share"), [(9, 1.0), (70, 0.1)])
+def test_a_kill_between_any_two_writes_leaves_a_readable_file(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, snapshots: int, share: float
+) -> None:
+    """From the first byte to the packed file; 70 snapshots split the tables of chunks."""
+    path, counts = tmp_path / "drop.vtkhdf", []
+    for state in states_between_writes(path, monkeypatch, snapshots, share):
         path.write_bytes(state)
         counts.append(check_drop(path))
     assert counts == sorted(counts) and counts[-1] == snapshots
+
+
+@pytest.mark.slow
+def test_vtk_reads_what_a_kill_between_any_two_writes_leaves(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, vtk_steps_apart: VtkSteps
+) -> None:
+    """The steps that softbrake reads. VTK takes all times there are into room for the steps that are counted."""
+    monkeypatch.setattr(results, "_BLOCK", 2)  # five snapshots get three chunks of times
+    path, counts = tmp_path / "drop.vtkhdf", []
+    for state in states_between_writes(path, monkeypatch, 5, 1.0):
+        path.write_bytes(state)
+        shots = results.read_snapshots(path)
+        counts.append(len(shots.times))
+        with h5py.File(path) as file:
+            assert len(file["VTKHDF/Steps/Values"]) == file["VTKHDF/Steps"].attrs["NSteps"]
+        steps = vtk_steps_apart(path)
+        if not counts[-1]:  # VTK takes no step for one
+            continue
+        assert [at for at, _ in steps] == shots.times.tolist()
+        for (_, points), xyz in zip(steps, shots.xyz, strict=True):
+            np.testing.assert_array_equal(points[:-4], xyz.reshape(-1, 3))
+    assert counts == sorted(counts) and set(counts) == set(range(6))
 
 
 # Places that are taken

@@ -48,6 +48,15 @@ MASS, SPEED, HEIGHT, GRAVITY = 100.0, 6.0, 0.6, 9.80665
 # Section 2.2
 
 
+def test_a_rebound_is_told_from_a_stop() -> None:
+    stopped = replace(synthetic_drop.summary(), outcome="stopped", impact_velocity=None, lowest_height=0.1234)
+    for summary, words in (
+        (stopped, "stopped at a height of 0.1234 m"),
+        (replace(stopped, outcome="rebound", rebound_velocity=3.0), "rebounded from a height of 0.1234 m"),
+    ):
+        assert Target("impact_velocity", 1.0).answer(summary) == words
+
+
 @pytest.mark.parametrize("share", [1e-6, 0.1, 0.25, 0.5, 0.8, 1 - 1e-6])
 def test_mean_of_two_sinusoids_wherever_the_peak_stands(share: float) -> None:
     """The assertion of section 2.2 on the law (2.10) as the drop computes it: the mean over time is 2/pi of the largest value."""

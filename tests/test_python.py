@@ -172,7 +172,7 @@ def test_curves_as_csv_are_exact_and_have_units(tmp_path: Path) -> None:
     with open(tmp_path / "drop.csv", newline="", encoding="utf-8") as stream:
         header, *rows = csv.reader(stream)
     history = softbrake.read_result(tmp_path / "drop.vtkhdf").history
-    assert header[0] == "time [s]" and "height [m]" in header and len(header) == len(History)
+    assert header[0] == "time [s]" and "height [m]" in header and len(header) == len(history.dtype.names)
     assert [tuple(map(float, row)) for row in rows] == history.tolist()
 
 

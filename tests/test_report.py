@@ -13,7 +13,7 @@ from conftest import ROOT, Command
 from matplotlib.figure import Figure
 from typer.testing import CliRunner
 
-from softbrake.case.case_file import load_case
+from softbrake.case.case_file import load_case, parse_case
 from softbrake.cli.app import app
 from softbrake.core.columns import History
 from softbrake.report.html.frame import table
@@ -195,6 +195,36 @@ def test_card_and_curve_of_the_deceleration_are_one_signal(tmp_path: Path) -> No
     assert shown is not None and "an accelerometer reads 0.165 g more" in shown[2]
     assert float(shown[1]) == pytest.approx(curve.axes[0].lines[0].get_ydata().max(), abs=0.005)
     assert curve.get_label().startswith("Deceleration, CFC 180, net of gravity, g of 9.80665 m/s²")
+
+
+def test_a_gas_has_its_cards_its_curves_and_its_case(tmp_path: Path) -> None:
+    file = tmp_path / "piston.vtkhdf"
+    vents = "vents=[{area: 20 cm^2, discharge: {pressure_ratio: [0.5, 1], coefficient: [0.75, 0.6]}, opens: {pressure: 10 kPa}}]"
+    answer = simulate(parse_case(drop.PISTON, "piston", [vents, "ambient.altitude=3000 m"]), file)
+    assert answer.peak_pressure and answer.vented_mass and answer.gas_mass and answer.vent_opening_times and answer.gas
+    share = answer.vented_mass / (answer.vented_mass + answer.gas_mass)
+    text = result_page(file)
+    words = Page(text).words
+    for piece in (
+        "Rebound: the cover was back at the height of first contact",
+        f"rebound velocity\n{answer.rebound_velocity:.3f} m/s\nupwards",
+        f"lowest height\n{answer.lowest_height:.4g} m\nno impact; first at rest at",
+        f"peak pressure, gauge\n{answer.peak_pressure / 1e3:.2f} kPa\nat",
+        f"peak temperature\n{answer.peak_temperature:.1f} K\nat",
+        f"vented mass\n{answer.vented_mass:.4g} kg\n{share:.1%} of the gas; ",
+        f"vents.0 opens at {answer.vent_opening_times[0] * 1e3:.4g} ms",
+        f"by outflow\n{-answer.gas.enthalpy_out:.2f} J",
+        "gas.pressure\n3000 Pa\ngauge",
+        "ambient.pressure\n70108.5 Pa\naround the shell",
+        "vents.0.discharge.coefficient\n0.75, 0.6\nat each ratio",
+        "vents.0.opens.pressure\n10000 Pa\ngauge",
+    ):
+        assert piece in words
+    labels = [figure.get_label() for figure in drop_charts(read_case(file), read_history(file), answer)]
+    assert [label.rsplit(", ", 1)[1] for label in labels] == ["m/s", "m", "g of 9.80665 m/s²", "kPa", "K", "kg", "kg/s", "kJ"]
+    assert [text.count(f"<figcaption>{label}</figcaption>") for label in labels] == [1] * 8
+    heat = drop_charts(read_case(file), read_history(file), answer)[4].axes[0]
+    assert 150.0 < heat.get_ylim()[0] < read_history(file)["temperature"].min()  # no 0 K in sight
 
 
 def test_values_of_the_case_are_explained_for_a_reader_of_results(tmp_path: Path) -> None:
@@ -401,6 +431,18 @@ def test_page_of_a_sweep(tmp_path: Path) -> None:
     heights = (curve[:, 1] - curve[2, 1]) / (curve[0, 1] - curve[2, 1])
     np.testing.assert_allclose(heights, [1.0, 1.5 / 6.25, 0.0], atol=2e-3)  # stopped: an impact velocity of 0
     assert "belt" not in "".join(value or "" for name, value in found.attributes if name == "aria-label")
+
+
+@pytest.mark.parametrize(("outcome", "rest"), [("rebound", "0.02"), ("time_limit", "0.02"), ("time_limit", "")])
+def test_a_cargo_that_turned_above_the_ground_counts_as_one_that_stopped(tmp_path: Path, outcome: str, rest: str) -> None:
+    """As does one that still sinks at the end of time; not so one that never stood still."""
+    first, *others = SWEEP["results.csv"].splitlines()
+    lines = [f"{first},rest_time", *(f"{line}," for line in others)]
+    lines[1] = lines[1].replace("stopped", outcome) + rest
+    pages = [sweep_page(sweep(tmp_path / "a")), sweep_page(sweep(tmp_path / "b", results="\n".join(lines) + "\n"))]
+    stopped, other = ([path.tolist() for path in paths(text) if len(path) == 3] for text in pages)
+    assert (other == stopped) == bool(rest)
+    assert ("or rebounds" in pages[1]) == bool(rest)
 
 
 def test_sweep_over_two_axes_has_a_dot_a_run(tmp_path: Path) -> None:

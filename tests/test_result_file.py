@@ -13,11 +13,12 @@ import h5py
 import numpy as np
 import pytest
 import synthetic_drop as drop
+from conftest import VtkSteps
 
 import softbrake
-from softbrake.case.case import case_to_dict
+from softbrake.case.case import Case, case_to_dict
 from softbrake.case.sections.pressure import Pressure
-from softbrake.core.columns import History
+from softbrake.core.columns import OF_GAS, History
 from softbrake.sim import result_file as results
 from softbrake.sim.result_file import ResultError, ResultFile
 from softbrake.sim.summary import FilteredPeaks, PeakValue
@@ -82,18 +83,46 @@ def test_cells_are_the_belts_and_outward_polygons(small: Path) -> None:
     assert normals[0] < 0 < min(normals[1:])
 
 
-def test_history_round_trip_with_units(tmp_path: Path) -> None:
+@pytest.mark.parametrize(
+    ("case", "columns"), [(drop.case(4, 8), set(History) - set(OF_GAS)), (drop.gas_case(4, 8), set(History))]
+)
+def test_history_round_trip_with_units(case: Case, columns: set[History], tmp_path: Path) -> None:
+    """That of a pressure law has no columns of a gas with a state."""
     rows = np.random.default_rng(1).standard_normal((2500, len(History)))
     path = tmp_path / "drop.vtkhdf"
-    with ResultFile.create(path, drop.case(4, 8), version="1", source_hash="a") as result:
+    with ResultFile.create(path, case, version="1", source_hash="a") as result:
         result.add_history(rows[:7])
         result.add_history(rows[7:7])
         result.add_history(rows[7:])
     history = results.read_history(path)
-    for column in History:
+    assert set(history.dtype.names) == {column.name.lower() for column in columns}
+    for column in columns:
         np.testing.assert_array_equal(history[column.name.lower()], rows[:, column])
     with h5py.File(path) as file:
-        assert dict(file["history"].attrs) == {column.name.lower(): column.unit for column in History}
+        assert dict(file["history"].attrs) == {column.name.lower(): column.unit for column in columns}
+    assert results.read_result(path).units == {column.name.lower(): column.unit for column in sorted(columns)}
+
+
+def test_snapshots_have_temperature_and_mass_of_a_gas(tmp_path: Path, small: Path) -> None:
+    path, case = tmp_path / "drop.vtkhdf", drop.gas_case(6, 8)
+    xyz, fields = drop.shape(case, 0.0)
+    with ResultFile.create(path, case, version="1", source_hash="a") as result:
+        for k in range(2):
+            result.add_snapshot(
+                0.01 * k, xyz, fields, height=0.6, velocity=-6.0, pressure=1e4, temperature=300.0 + k, mass=0.2 - 0.1 * k
+            )
+    for k, (_, poly) in enumerate(vtk_steps(path)):
+        found = {name: poly.GetFieldData().GetArray(name).GetValue(0) for name in (*results.SCALARS, *results.GAS_SCALARS)}
+        assert found == {
+            "cover_height": 0.6,
+            "cargo_velocity": -6.0,
+            "gas_pressure": 1e4,
+            "gas_temperature": 300.0 + k,
+            "gas_mass": 0.2 - 0.1 * k,
+        }
+    for file, scalars in ((path, {*results.SCALARS, *results.GAS_SCALARS}), (small, {*results.SCALARS})):
+        with h5py.File(file) as opened:
+            assert set(opened["VTKHDF/FieldData"]) == set(opened["VTKHDF/Steps/FieldDataOffsets"]) == scalars
 
 
 def test_case_summary_snapshots_round_trip(small: Path) -> None:
@@ -118,7 +147,7 @@ def test_tension_scale_is_that_of_section_3_2(small: Path) -> None:
 
 
 @pytest.mark.parametrize("delay", [0.0, 0.02, 0.05])
-def test_file_of_a_killed_run_is_readable(tmp_path: Path, delay: float) -> None:
+def test_file_of_a_killed_run_is_readable(tmp_path: Path, vtk_steps_apart: VtkSteps, delay: float) -> None:
     """Killed while it writes, as it does all the time here; and it has all that was written."""
     path = tmp_path / "drop.vtkhdf"
     code = """
@@ -149,8 +178,7 @@ for k in itertools.count():
     snapshots = results.read_snapshots(path)
     assert len(snapshots.times) >= written
     case = drop.case(6, 8, belts=2)
-    steps = list(vtk_steps(path))
-    assert len(steps) >= written
+    assert [at for at, _ in vtk_steps_apart(path)] == snapshots.times.tolist()
     for at, xyz in zip(snapshots.times, snapshots.xyz, strict=True):
         np.testing.assert_array_equal(xyz, drop.shape(case, at)[0].astype("f4"))
 

@@ -9,6 +9,7 @@ from pathlib import Path
 import h5py
 import numpy as np
 import pytest
+import synthetic_drop
 
 import softbrake
 from softbrake.case.case import Case
@@ -71,6 +72,38 @@ def test_snapshot_interval_below_the_step_takes_every_step(tmp_path: Path) -> No
     file = tmp_path / "drop.vtkhdf"
     summary = softbrake.run(case("time.end=0.1 ms", "output.snapshot_interval=1e-20"), file)
     assert len(read_snapshots(file).times) == summary.steps + 1
+
+
+def test_peaks_of_a_rebound_keep_their_phases() -> None:
+    """The cover ends where it began, but its peaks are those of the crushed bag at the lowest place."""
+    summary = softbrake.run(parse_case(synthetic_drop.PISTON, "piston"))
+    assert (summary.outcome, summary.rebound_velocity) == ("rebound", pytest.approx(5.0, rel=1e-4))
+    for name in ("peak_deceleration", "peak_pressure", "peak_temperature"):
+        peak = summary.peaks[name]
+        assert peak.time == pytest.approx(summary.rest_time, rel=1e-2)
+        assert (peak.phase, peak.other and peak.other.phase) == ("crushing", "overshoot")
+    assert summary.gas_mass == pytest.approx(104325.0 * np.pi * 0.04 * 0.3 / (287.05287 * 288.15))
+
+
+def test_peaks_outlast_the_strokes_that_follow(tmp_path: Path) -> None:
+    """A vented bag that stays on the ground comes down by a tenth of its height again and again."""
+    words = [
+        "shell={diameter: 0.5 m, height: 0.6 m}",
+        "cargo={mass: 100 kg, velocity: 6 m/s}",
+        "gas.pressure=15.7 kPa",
+        "vents=[{area: 70 cm^2, discharge: 0.7, opens: {pressure: 60 kPa}, closes: {pressure: 20 kPa}}]",
+        "output.history_interval=1",
+    ]
+    summary = softbrake.run(parse_case(synthetic_drop.PISTON, "piston", words), tmp_path / "a.vtkhdf")
+    history = softbrake.read_result(tmp_path / "a.vtkhdf").history
+    low = history["height"] <= 0.54
+    assert summary.outcome == "time_limit" and np.count_nonzero(low[1:] & ~low[:-1]) > 2
+    assert summary.peak_pressure == pytest.approx(history["pressure"].max(), rel=1e-3) == pytest.approx(60e3, rel=1e-2)
+    assert summary.peak_deceleration == pytest.approx(history["acceleration"].max(), rel=1e-3)
+    first = int(np.argmax(low))
+    overshoot = summary.peaks["peak_deceleration"].other
+    assert overshoot is not None and overshoot.phase == "overshoot"
+    assert overshoot.value == pytest.approx(history["acceleration"][:first].max(), rel=1e-2)
 
 
 @pytest.mark.parametrize(("damping", "courant"), [(0.05, 1.0), (0.5, 0.5)])

@@ -13,10 +13,12 @@ import time
 from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import h5py
 import numpy as np
 import pytest
+import synthetic_drop
 from conftest import PATIENCE, ROOT, Command, start
 from rich.console import Console
 from typer.testing import CliRunner
@@ -25,9 +27,9 @@ from softbrake.case.case_file import CaseError, load_case, open_case
 from softbrake.cli.app import app
 from softbrake.core.columns import History
 from softbrake.report.console.sweep import print_table
-from softbrake.report.plots.sweep import Scale, colour_range, draw_map
+from softbrake.report.plots.sweep import Scale, colour_range, draw_map, draw_sweep
 from softbrake.report.results_csv import failures, rows, write_results
-from softbrake.sim.result_file import HISTORY_DTYPE, read_history
+from softbrake.sim.result_file import read_history
 from softbrake.sim.simulation import Simulation, simulate
 from softbrake.studies import batch, sweep
 from softbrake.studies.axes import Designs, designs_of, key_of
@@ -239,7 +241,7 @@ def test_histories_are_kept_by_id(tmp_path: Path) -> None:
     with h5py.File(tmp_path / "histories.h5") as file:
         for one, design in zip(plan.runs, designs.all, strict=True):
             simulate(design.case, alone)
-            assert file[one.id].dtype == HISTORY_DTYPE
+            assert file[one.id].dtype == read_history(alone).dtype
             assert np.array_equal(file[one.id][:], read_history(alone))
         assert file.attrs["time"] == History.TIME.unit
 
@@ -379,6 +381,48 @@ def test_a_lost_scheduler_is_one_line_and_the_same_command_goes_on(tmp_path: Pat
 
 
 # What they write
+
+
+def test_answers_of_a_gas_are_columns_with_units(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """In the picture of the sweep a rebound has the impact velocity 0."""
+    vents = "vents=[{area: 1 cm^2, discharge: 0.6, opens: {pressure: 10 kPa}}, {area: 1 cm^2, discharge: 1, opens: {time: 1 s}}]"
+    (tmp_path / "piston.yaml").write_text(synthetic_drop.PISTON)
+    designs = designs_of(open_case(tmp_path / "piston.yaml", [vents]), ["vents.0.area=1cm^2,40cm^2"], {})
+    run_sweep(designs, tmp_path / "s", histories=True)
+    write(tmp_path / "s")
+    with open(tmp_path / "s" / "results.csv", newline="") as stream:
+        found = list(csv.DictReader(stream))
+    with open(tmp_path / "s" / "results.units.csv", newline="") as stream:
+        (units,) = csv.DictReader(stream)
+    expected = {
+        "peak_pressure": "Pa",
+        "peak_pressure_time": "s",
+        "peak_pressure_phase": "",
+        "peak_temperature": "K",
+        "vented_mass": "kg",
+        "gas_mass": "kg",
+        "gas_enthalpy_out": "J",
+        "vent_opening_times_0": "s",
+        "vent_opening_times_1": "s",
+        "rebound_velocity": "m/s",
+        "rest_time": "s",
+    }
+    assert {name: units[name] for name in expected} == expected
+    small, large = ({name: row[name] for name in expected} for row in found)
+    assert float(small["peak_pressure"]) > float(large["peak_pressure"]) > 10e3
+    assert float(small["vented_mass"]) < float(large["vented_mass"])
+    assert (found[0]["outcome"], small["vent_opening_times_1"]) == ("rebound", "")
+    assert "vent_opening_times" not in units
+    pytest.importorskip("matplotlib")
+    drawn: list[Any] = []
+    monkeypatch.setattr("softbrake.report.plots.sweep.save", lambda figure, _: drawn.append(figure))
+    plan, records = sweep.make_plan(designs)[0], read_journals(tmp_path / "s")
+    draw_sweep(plan, rows(plan, records), tmp_path / "sweep.png")
+    speeds, ringed = (line.get_ydata().tolist() for line in drawn[0].axes[0].lines)
+    assert speeds == [0.0, float(found[1]["impact_velocity"])] and ringed == [0.0]
+    with h5py.File(tmp_path / "s" / "histories.h5") as file:
+        for row in found:
+            assert file[row["id"]]["gas_mass"][-1] == float(row["gas_mass"])
 
 
 def test_columns_have_units_and_the_timings_come_last(tmp_path: Path) -> None:

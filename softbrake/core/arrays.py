@@ -58,7 +58,7 @@ class Motion(IntEnum):
 
 
 class VentConstant(IntEnum):
-    """Columns of `Gas.vents`; what is not asked for is out of reach."""
+    """First columns of `Gas.vents`; what is not asked for is out of reach."""
 
     AREA = 0  # m^2
     OPENS_AT_PRESSURE = 1  # Pa, gauge
@@ -94,6 +94,7 @@ class GasState(IntEnum):
     EXPECTED_VOLUME = 10  # m^3, at the end of the last step by the volume and its rate at its start
     EXPECTED_AFTER = 11  # s, how long that step was; 0 where nothing was expected
     CURVATURE = 12  # m^3/s^2, of the volume over the step: what that was off over the square of the step
+    LEAST_VOLUME = 13  # m^3, that the gas is left where the shell's is less, or turned inside out
 
 
 class ContactCount(IntEnum):
@@ -226,15 +227,17 @@ class Gas(NamedTuple):
     choked_root: float  # the ratio of densities there, choking^(1/gamma)
     ambient_pressure: float  # Pa
     ambient_temperature: float  # K
-    vents: Floats  # (vents, len(VentConstant))
-    ratio: Floats  # (vents, k), ambient over inside pressure, increasing
-    discharge: Floats  # (vents, k), coefficient there, linear between and level outside
     closed: int  # 1: nothing gets in or out
+    leaks: int  # 1: the wall lets some out
     leakage: float  # effective part of the free wall area
-    permeability: Floats  # (4,), m/(s Pa), m/(s Pa^2) of u over p; Pa s/m, Pa s^2/m^2 of p over u
-    inflow_times: Floats  # s, (k,); none without inflator
-    inflow: Floats  # kg/s, (k,)
+    linear: float  # m/(s Pa), of u over p through the wall
+    quadratic: float  # m/(s Pa^2)
+    viscous: float  # Pa s/m, of p over u
+    inertial: float  # Pa s^2/m^2
     inflow_temperature: float  # K
+    inflow: Floats  # (2, k), of an inflator: times, s, and mass flow, kg/s
+    vents: Floats  # (vents, len(VentConstant) + 2k): behind the constants k ratios of ambient to inside pressure, increasing, and
+    # k coefficients of discharge there, linear between and level outside
 
 
 class Obstacles(NamedTuple):

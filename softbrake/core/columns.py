@@ -21,7 +21,7 @@ class History(IntEnum):
     HEIGHT = "m", "of the upper cover above the ground"
     VELOCITY = "m/s", "of the cargo"
     ACCELERATION = "m/s^2", "of the cargo"
-    PRESSURE = "Pa", "p~(t); of a table the mean from the half-step before to that after the row's time"
+    PRESSURE = "Pa", "p~(t), gauge; of a table the mean from the half-step before to that after the row's time"
     COVER_FORCE = "N", "on the cargo from gas and fabric, up positive, without weight"
     GROUND_FORCE = "N", "on the ground from gas, lower cover and fabric, down positive"
     TENSION_GENERATRIX = "N/m", "largest T11 of the step"
@@ -37,7 +37,7 @@ class History(IntEnum):
     WORK_CONTACT = "J", "lost in contact, and in friction on the ground"
     CONTACT_FORCE = "N", "of the fabric on cover and cargo, up positive; part of the cover force"
     GROUND_AREA = "m^2", "of fabric and lower cover on the ground"
-    TEMPERATURE = "K", "of the gas; as all that follows of a gas with a state, else 0"
+    TEMPERATURE = "K", "of the gas; as all that follows of a gas with a state alone"
     GAS_MASS = "kg", "in the shell"
     VOLUME = "m^3", "of the shell"
     VENT_FLOW = "kg/s", "through vents and wall, outwards positive"
@@ -49,3 +49,4 @@ class History(IntEnum):
 
 
 WORKS = tuple(column for column in History if column.name.startswith("WORK_"))  # all of the ledger
+OF_GAS = tuple(History)[History.TEMPERATURE : History.HEAT + 1]  # of a gas with a state, 0 without one

@@ -22,22 +22,12 @@ from softbrake.core.lanes import ONE
 from softbrake.core.peaks import raise_peak
 from softbrake.core.tables import integral_of_table
 
-SMALLEST_VOLUME = 1e-9  # of the free volume
+LEAST_VOLUME = 1e-5  # of that at first contact
+PART_OF_VOLUME = 0.05  # by which it may fall in a step of Courant coefficient 1
+MOST_CHANGE = 0.02  # of the volume, at once, where some flows in or out
+MOST_FLOW_RATIO = 0.1  # of that to the part that could flow out: 0.2 of it at once
+TABLE = len(VentConstant)  # column of `Gas.vents` where the table of a discharge begins
 NEAR_ONE = 1e-3  # distance within which five terms of the series are exact to round-off
-
-
-@kernel
-def has_state(gas):
-    """Return whether the gas has a state, and the pressure follows no law."""
-    return gas.exponent > 0.0
-
-
-@kernel
-def leaks(gas):
-    """Return whether gas goes through the wall."""
-    permeability = gas.permeability
-    most = max(permeability[0], permeability[1], permeability[2], permeability[3])
-    return gas.leakage > 0.0 or most > 0.0
 
 
 @kernel
@@ -74,6 +64,7 @@ def begin_gas(model, state, pressure, temperature, volume):
     chamber[GasState.TIME] = state.now[History.TIME]
     chamber[GasState.HEIGHT] = state.now[History.HEIGHT]
     chamber[GasState.VOLUME] = chamber[GasState.NEXT_VOLUME] = volume
+    chamber[GasState.LEAST_VOLUME] = LEAST_VOLUME * volume
     chamber[GasState.MASS] = ratio * gas.ambient_pressure * volume / (gas.gas_constant * temperature)
     chamber[GasState.FREE_VOLUME] = volume * (ratio ** (1.0 / gas.exponent) if ratio > 1.0 else ratio)
     chamber[GasState.PRESSURE] = gas.ambient_pressure + max(pressure, 0.0)
@@ -82,28 +73,33 @@ def begin_gas(model, state, pressure, temperature, volume):
         vents[k, VentState.OPEN] = vents[k, VentState.SHARE] = 1.0 if opened else 0.0
         vents[k, VentState.OPENED_AT] = 0.0 if opened else inf
         vents[k, VentState.SHUT] = 0.0
-    record_gas(gas, chamber, vents, state.now, state.peaks, model.n1)
+    record_gas(gas, chamber, vents, state.now, state.peaks)
 
 
 @kernel
-def advance_gas(model, state):
-    """Advance the gas to the time of state.now, the shell to its next volume. Writes state.gas, vents; peaks; now."""
-    gas, chamber, vents, now = model.gas, state.gas, state.vents, state.now
+def advance_gas(gas, chamber, vents, now, peaks):
+    """Advance the gas to the time of now, the shell to its next volume. Writes chamber (State.gas), vents; peaks; now."""
     length = now[History.TIME] - chamber[GasState.TIME]
     if length <= 0.0:
         return
-    volume = max(chamber[GasState.NEXT_VOLUME], SMALLEST_VOLUME * chamber[GasState.FREE_VOLUME])
+    volume = max(chamber[GasState.NEXT_VOLUME], chamber[GasState.LEAST_VOLUME])
     if gas.closed == 1:
         change_volume(gas, chamber, now, volume)
     else:
-        exchange(gas, chamber, vents, now, state.peaks, length, volume, model.n1)
+        rest, part = 1.0, 0.0
+        while part < 1.0:
+            part = part_of_step(gas, chamber, rest * length, volume)
+            height = chamber[GasState.HEIGHT] + part * (now[History.HEIGHT] - chamber[GasState.HEIGHT])
+            between = chamber[GasState.VOLUME] + part * (volume - chamber[GasState.VOLUME])
+            exchange(gas, chamber, vents, now, peaks, part * rest * length, height, between)
+            rest *= 1.0 - part
     chamber[GasState.TIME] = now[History.TIME]
     chamber[GasState.HEIGHT] = now[History.HEIGHT]
-    record_gas(gas, chamber, vents, now, state.peaks, model.n1)
+    record_gas(gas, chamber, vents, now, peaks)
 
 
 @kernel
-def record_gas(gas, chamber, vents, now, peaks, n1):
+def record_gas(gas, chamber, vents, now, peaks):
     """Write pressure (gauge), temperature and what else the history has of the gas to now, and raise the peaks."""
     pressure, volume, mass = chamber[GasState.PRESSURE], chamber[GasState.VOLUME], chamber[GasState.MASS]
     filled = min(volume, chamber[GasState.FREE_VOLUME])
@@ -117,8 +113,8 @@ def record_gas(gas, chamber, vents, now, peaks, n1):
         for k in range(vents.shape[0]):
             vents[k, VentState.SHARE] = vents[k, VentState.OPEN]
         now[History.VENT_FLOW] = outflow(gas, chamber, vents, mass, chamber[GasState.FREE_VOLUME], volume)
-    raise_peak(peaks, Peak.PRESSURE, now[History.PRESSURE], now[History.TIME], float(n1))
-    raise_peak(peaks, Peak.TEMPERATURE, now[History.TEMPERATURE], now[History.TIME], float(n1))
+    raise_peak(peaks, Peak.PRESSURE, now[History.PRESSURE], now[History.TIME], 0.0)
+    raise_peak(peaks, Peak.TEMPERATURE, now[History.TEMPERATURE], now[History.TIME], 0.0)
 
 
 @kernel
@@ -137,18 +133,32 @@ def change_volume(gas, chamber, now, volume):
 
 
 @kernel
-def exchange(gas, chamber, vents, now, peaks, length, volume, n1):
-    """Take the gas to another volume (m^3) while some flows in and out for a time (s). Writes chamber, vents, peaks; now."""
-    start, end, open_in = chamber[GasState.TIME], now[History.TIME], gas.inflow.size > 0
+def part_of_step(gas, chamber, length, volume):
+    """Return the part of a time (s) that the gas takes at once: a little of its volume, on its way to another one (m^3).
+
+    Where the last of the gas is pressed out, its volume and what flows of it change by more in a step of the cargo.
+    """
+    part = MOST_CHANGE / max(abs(volume / chamber[GasState.VOLUME] - 1.0), MOST_FLOW_RATIO * venting_rate(gas, chamber) * length)
+    return min(part, 1.0)
+
+
+@kernel
+def exchange(gas, chamber, vents, now, peaks, length, height, volume):
+    """Take the gas to another volume (m^3) while some flows in and out for a time (s). Writes chamber, vents, peaks; now.
+
+    height: of the cover (m) then.
+    """
+    start, open_in = chamber[GasState.TIME], gas.inflow.shape[1] > 0
+    end = start + length
     middle = 0.5 * (start + end)
     if open_in:
-        fill(gas, chamber, now, integral_of_table(gas.inflow_times, gas.inflow, start, middle), gas.inflow_temperature)
+        fill(gas, chamber, now, integral_of_table(gas.inflow[0], gas.inflow[1], start, middle), gas.inflow_temperature)
     free, mass, old = chamber[GasState.FREE_VOLUME], chamber[GasState.MASS], chamber[GasState.VOLUME]
     for k in range(vents.shape[0]):
         vents[k, VentState.SHARE] = vents[k, VentState.OPEN]
     left = mass_left(gas, chamber, vents, length, volume)
     reached = pressure_after(gas, chamber[GasState.PRESSURE], free / old, free * (left / mass) / volume)
-    if switch_vents(gas, chamber, vents, now, peaks, length, reached, n1):
+    if switch_vents(gas, chamber, vents, peaks, length, height, reached):
         left = mass_left(gas, chamber, vents, length, volume)
     half = 0.5 * (mass + left)
     start_of, at_half, end_of = free, free * (half / mass), free * (left / mass)
@@ -160,7 +170,8 @@ def exchange(gas, chamber, vents, now, peaks, length, volume, n1):
     chamber[GasState.FREE_VOLUME] = end_of
     draw_in(gas, chamber, vents, now, length)
     if open_in:
-        fill(gas, chamber, now, integral_of_table(gas.inflow_times, gas.inflow, middle, end), gas.inflow_temperature)
+        fill(gas, chamber, now, integral_of_table(gas.inflow[0], gas.inflow[1], middle, end), gas.inflow_temperature)
+    chamber[GasState.TIME], chamber[GasState.HEIGHT] = end, height
 
 
 @kernel
@@ -185,12 +196,13 @@ def fill(gas, chamber, now, mass, temperature):
         return
     enthalpy = gas.gamma / (gas.gamma - 1.0) * gas.gas_constant * temperature * mass
     volume, free = chamber[GasState.VOLUME], chamber[GasState.FREE_VOLUME]
-    limp = min(max(volume - free, 0.0), enthalpy * (gas.gamma - 1.0) / (gas.gamma * gas.ambient_pressure))
-    rest = enthalpy - limp * gas.gamma / (gas.gamma - 1.0) * gas.ambient_pressure
+    taken = enthalpy * (gas.gamma - 1.0) / (gas.gamma * gas.ambient_pressure)  # m^3, at ambient pressure
+    limp = min(max(volume - free, 0.0), taken)
     chamber[GasState.MASS] += mass
     chamber[GasState.FILLED] += mass
     chamber[GasState.FREE_VOLUME] = free + limp
-    if rest > 0.0:
+    if limp < taken:
+        rest = enthalpy - limp * gas.gamma / (gas.gamma - 1.0) * gas.ambient_pressure
         chamber[GasState.PRESSURE] += (gas.gamma - 1.0) * rest / volume
         chamber[GasState.FREE_VOLUME] = volume * (chamber[GasState.PRESSURE] / gas.ambient_pressure) ** (1.0 / gas.exponent)
     now[History.ENTHALPY_IN] += enthalpy
@@ -236,7 +248,7 @@ def outflow(gas, chamber, vents, mass, free, volume):
     for k in range(vents.shape[0]):
         if vents[k, VentState.SHARE] > 0.0:
             area += vents[k, VentState.SHARE] * gas.vents[k, VentConstant.AREA] * coefficient(gas, k, ratio)
-    through = thick * face_velocity(gas.permeability, pressure - gas.ambient_pressure) * chamber[GasState.FREE_AREA]
+    through = thick * face_velocity(gas, pressure - gas.ambient_pressure) * chamber[GasState.FREE_AREA]
     return through + area * nozzle(gas, pressure, thick, ratio, root)
 
 
@@ -254,37 +266,37 @@ def nozzle(gas, pressure, density, ratio, root):
 @kernel
 def coefficient(gas, k, ratio):
     """Return the discharge coefficient of vent k at a ratio of pressures, outside over inside."""
-    ratios, values, last = gas.ratio, gas.discharge, gas.ratio.shape[1] - 1
-    if ratio <= ratios[k, 0]:
-        return values[k, 0]
-    for p in range(1, last + 1):
-        if ratio < ratios[k, p]:
-            share = (ratio - ratios[k, p - 1]) / (ratios[k, p] - ratios[k, p - 1])
-            return values[k, p - 1] + share * (values[k, p] - values[k, p - 1])
-    return values[k, last]
+    vents, first = gas.vents, TABLE
+    count = (vents.shape[1] - first) // 2
+    if ratio <= vents[k, first]:
+        return vents[k, first + count]
+    for p in range(first + 1, first + count):
+        if ratio < vents[k, p]:
+            share = (ratio - vents[k, p - 1]) / (vents[k, p] - vents[k, p - 1])
+            return vents[k, p + count - 1] + share * (vents[k, p + count] - vents[k, p + count - 1])
+    return vents[k, first + 2 * count - 1]
 
 
 @kernel
-def face_velocity(permeability, pressure):
+def face_velocity(gas, pressure):
     """Return the velocity (m/s) through the wall at a pressure difference (Pa): a measured parabola, or Ergun's law."""
-    linear, quadratic, viscous, inertial = permeability[0], permeability[1], permeability[2], permeability[3]
-    if viscous + inertial > 0.0:
-        return 2.0 * pressure / (viscous + sqrt(viscous * viscous + 4.0 * inertial * pressure))
-    if quadratic < 0.0:
-        pressure = min(pressure, -0.5 * linear / quadratic)  # a wall lets no less through at a higher pressure
-    return pressure * (linear + quadratic * pressure)
+    if gas.viscous + gas.inertial > 0.0:
+        return 2.0 * pressure / (gas.viscous + sqrt(gas.viscous * gas.viscous + 4.0 * gas.inertial * pressure))
+    if gas.quadratic < 0.0:
+        pressure = min(pressure, -0.5 * gas.linear / gas.quadratic)  # a wall lets no less through at a higher pressure
+    return pressure * (gas.linear + gas.quadratic * pressure)
 
 
 @kernel
-def switch_vents(gas, chamber, vents, now, peaks, length, reached, n1):
-    """Open and close vents within the step from chamber to now, at whose end the pressure (Pa, absolute) is reached.
+def switch_vents(gas, chamber, vents, peaks, length, height, reached):
+    """Open and close vents within a time (s), at whose end height (m) and pressure (Pa, absolute) are reached.
 
     Pressure and height are straight lines over the step. Of those that have closed only one that pressure opens and closes, a
     relief valve, opens again. Writes vents, peaks. Returns whether some vent switched.
     """
     start, switched = chamber[GasState.TIME], False
     before, after = chamber[GasState.PRESSURE] - gas.ambient_pressure, reached - gas.ambient_pressure
-    high, low = chamber[GasState.HEIGHT], now[History.HEIGHT]
+    high, low = chamber[GasState.HEIGHT], height
     for k in range(vents.shape[0]):
         vent = gas.vents[k]
         if vents[k, VentState.SHUT] > 0.0:
@@ -307,7 +319,7 @@ def switch_vents(gas, chamber, vents, now, peaks, length, reached, n1):
             vents[k, VentState.OPEN], vents[k, VentState.SHARE] = 1.0, 1.0 - at
             vents[k, VentState.OPENED_AT] = min(vents[k, VentState.OPENED_AT], start + at * length)
             if at == burst:
-                raise_peak(peaks, Peak.PRESSURE, vent[VentConstant.OPENS_AT_PRESSURE], start + at * length, float(n1))
+                raise_peak(peaks, Peak.PRESSURE, vent[VentConstant.OPENS_AT_PRESSURE], start + at * length, 0.0)
     return switched
 
 
@@ -327,7 +339,7 @@ def limit_with_gas(model, state, by_row, limit):
     longest edges. A rate of 2/dt that holds both is the root of rate² = rate·(2/limit) + w². So is what a higher pressure than
     that of `limit` turns with the cloth: see pressure_bound. Venting adds its own rate.
     """
-    if not has_state(model.gas):
+    if model.gas.exponent == 0.0:
         return limit
     shape, total, turned = model.shape, 0.0, 0.0
     for i in range(ONE, uint64(model.n1)):
@@ -339,7 +351,20 @@ def limit_with_gas(model, state, by_row, limit):
     total = columns * (model.n2 * total + model.cover_area * model.cover_area / model.cargo_mass)
     rate = 1.0 / limit
     square = stiffness(model.gas, state.gas, total) + max(state.now[History.PRESSURE] - model.pressure.most, 0.0) * turned
-    return 2.0 / (rate + sqrt(rate * rate + square) + venting_rate(model.gas, state.gas))
+    limit = 2.0 / (rate + sqrt(rate * rate + square) + venting_rate(model.gas, state.gas))
+    return min(limit, shrinking_limit(state.gas, state.last_step[0]))
+
+
+@kernel
+def shrinking_limit(chamber, last_step):
+    """Return the step (s) in which the volume falls by PART_OF_VOLUME, as fast as in the last one (s); infinite where it grows.
+
+    A longer one would go past what the last of the gas does, and throw the cargo back.
+    """
+    fallen, left = chamber[GasState.VOLUME] - chamber[GasState.NEXT_VOLUME], chamber[GasState.NEXT_VOLUME]
+    if fallen <= 0.0 or left <= chamber[GasState.LEAST_VOLUME]:
+        return inf
+    return PART_OF_VOLUME * last_step * left / fallen
 
 
 @kernel

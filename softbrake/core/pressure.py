@@ -6,7 +6,7 @@ from numba import uint64
 
 from softbrake.core.arrays import PressureLaw
 from softbrake.core.columns import History
-from softbrake.core.gas import advance_gas, has_state
+from softbrake.core.gas import advance_gas
 from softbrake.core.jit import kernel
 from softbrake.core.lanes import FIRST
 from softbrake.core.tables import integral_of_table
@@ -52,8 +52,8 @@ def update_pressure(model, state, before, after):
     At the time of state.now; of a table the mean over the step, from so long (s) before that time to so long after it.
     """
     time = state.now[History.TIME]
-    if has_state(model.gas):
-        advance_gas(model, state)
+    if model.gas.exponent > 0.0:
+        advance_gas(model.gas, state.gas, state.vents, state.now, state.peaks)
     elif model.pressure.law == PressureLaw.TABLE and before + after > 0.0:
         state.now[History.PRESSURE] = mean_of_table(model.pressure, time - before, time + after)
     else:

@@ -14,6 +14,7 @@ from softbrake.studies.sweep import RESULTS, Plan, Record
 
 UNITS = "results.units.csv"
 PEAKS = ("peak_deceleration", "peak_tension_generatrix", "peak_tension_hoop", "peak_tension_belt")
+GAS_PEAKS = ("peak_pressure", "peak_temperature")
 TIMINGS = ("kernel_seconds", "wall_seconds")  # the last columns: all that two runs of one sweep may differ in
 LEFT_OUT = ("title", "results", "results_fault", "trials", "sensitivity", "filtered")
 MISSING = "not run, or lost with its worker"
@@ -50,6 +51,8 @@ def _flat(summary: Mapping[str, Any]) -> Row:
                 flat[f"{peak}_other"] = None if found["other"] is None else found["other"]["value"]
         elif name == "peak_errors":
             flat |= {f"{peak}_error": error for peak, error in (value or {}).items()}
+        elif name == "vent_opening_times":
+            flat |= {f"{name}_{number}": when for number, when in enumerate(value or ())}
         elif isinstance(value, dict):
             for part, member in value.items():
                 flat[f"{name}_{part}"] = ", ".join(member) if isinstance(member, list) else member
@@ -63,11 +66,13 @@ def unit_of(column: str, plan: Plan) -> str:
     for axis in plan.axes:
         if axis.path == column:
             return axis.unit
-    if column.startswith("work_"):
-        return "J"
     if column in ANSWER_UNITS:
         return str(ANSWER_UNITS[column])
-    for peak in PEAKS:
+    if column.startswith(("work_", "gas_")):
+        return "J"
+    if column.startswith("vent_opening_times_"):
+        return "s"
+    for peak in (*PEAKS, *GAS_PEAKS):
         if column.startswith(peak):
             return PEAK_UNITS.get(column.removeprefix(peak), str(ANSWER_UNITS[peak]))
     return ""

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from softbrake.sim.summary import Ensemble, Inflation, PeakValue, Summary, Trial
+from softbrake.sim.summary import Ensemble, GasBalance, Inflation, PeakValue, Summary, Trial
 
 SHOWN = 1e-5  # of the initial energy: less than that is what steps of finite length leave
 DUST = 1e-6  # m/s^2 or N/m: less than that is round-off
@@ -23,15 +23,55 @@ def outcome_in_words(summary: Summary) -> str:
         case "impact":
             return f"Impact: the cover reached the ground at {end}."
         case "stopped":
-            return f"Stopped: the cargo came to rest at {end}; {lowest}."
+            rest = end if summary.rest_time is None else f"{summary.rest_time:.5g} s"
+            return f"Stopped: the cargo came to rest at {rest}; {lowest}."
         case "rebound":
-            return f"Rebound: the cargo rose from the ground again at {end}; {lowest}."
+            rising = "" if summary.rebound_velocity is None else f", rising at {summary.rebound_velocity:.4g} m/s"
+            return f"Rebound: the cover was back at the height of first contact at {end}{rising}; {lowest}."
         case "time_limit":
-            return f"End of time: no impact by {end}; {lowest}."
+            rest = "" if summary.rest_time is None else f"first at rest at {summary.rest_time:.5g} s, "
+            return f"End of time: {rest}no impact by {end}; {lowest}."
         case "diverged":
             return f"Diverged at {end}: the numbers below are not an answer."
         case "interrupted":
             return f"Interrupted at {end}; {lowest}."
+
+
+def vented_in_words(summary: Summary) -> str:
+    """Part of the gas that has left the shell; empty where that is not known."""
+    if summary.vented_mass is None or summary.gas_mass is None:
+        return ""
+    return f"{summary.vented_mass / (summary.vented_mass + summary.gas_mass):.1%} of the gas"
+
+
+def openings_in_words(summary: Summary, scale: float = 1.0) -> list[tuple[str, str, str]]:
+    """Path of each vent, when it first opened, and a unit or nothing; scale: of the time, 1 for s, 1e3 for ms."""
+    rows = []
+    for number, when in enumerate(summary.vent_opening_times or ()):
+        name, unit = f"vents.{number} opens", "s" if scale == 1.0 else "ms"
+        if when is None:
+            rows.append((name, "never", ""))
+        elif when == 0.0:
+            rows.append((name, "at once", ""))
+        else:
+            rows.append((name, f"{when:.5f}" if scale == 1.0 else f"{when * scale:.4g}", unit))
+    return rows
+
+
+def gas_energy_rows(gas: GasBalance) -> list[tuple[str, float, str]]:
+    """What changed the energy of the gas: name, J, note; what did not is left out."""
+    parts = [
+        ("  by compression", -gas.work, "by shell and ambient pressure"),
+        ("  by outflow", -gas.enthalpy_out, "enthalpy of the gas that left"),
+        ("  by inflow", gas.enthalpy_in, "enthalpy of the gas that came in"),
+        ("  by heat", gas.heat, "from the surroundings"),
+    ]
+    return [("energy gained by the gas", gas.gained, "internal"), *(part for part in parts if part[1] != 0.0)]
+
+
+def stops(outcome: str, rest_time: float | str | None) -> bool:
+    """Whether a cargo came to rest above the ground, and has an impact velocity of 0; rest_time: as in Summary, or in a table."""
+    return outcome in ("stopped", "rebound") or (outcome == "time_limit" and rest_time not in (None, ""))
 
 
 def speed_in_words(trial: Trial) -> str:

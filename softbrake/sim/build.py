@@ -1,7 +1,7 @@
 """Case -> Model, State, Workspace: the one place that allocates their arrays."""
 
 from collections.abc import Sequence
-from dataclasses import astuple, replace
+from dataclasses import replace
 from math import cos, inf, pi, sin
 
 import numpy as np
@@ -196,20 +196,23 @@ def _gas(case: Case) -> Gas:
         choked_root=choking ** (1.0 / gamma),
         ambient_pressure=case.ambient.pressure,
         ambient_temperature=case.ambient.temperature,
-        vents=np.array([_vent(vent) for vent in vents]).reshape(-1, len(VentConstant)),
-        ratio=np.array([_padded(vent.pressure_ratio, most) for vent in vents]).reshape(-1, most),
-        discharge=np.array([_padded(vent.discharge, most) for vent in vents]).reshape(-1, most),
         closed=int(not _is_open(case)),
+        leaks=int(case.leakage > 0.0 or wall is not None),
         leakage=case.leakage,
-        permeability=np.zeros(4) if wall is None else np.array(astuple(wall)),
-        inflow_times=np.array(() if inflator is None else inflator.times, float),
-        inflow=np.array(() if inflator is None else inflator.mass_flow, float),
+        linear=0.0 if wall is None else wall.linear,
+        quadratic=0.0 if wall is None else wall.quadratic,
+        viscous=0.0 if wall is None else wall.viscous,
+        inertial=0.0 if wall is None else wall.inertial,
         inflow_temperature=0.0 if inflator is None else inflator.temperature,
+        inflow=np.array(((), ()) if inflator is None else (inflator.times, inflator.mass_flow), float),
+        vents=np.array(
+            [[*_vent(vent), *_padded(vent.pressure_ratio, most), *_padded(vent.discharge, most)] for vent in vents]
+        ).reshape(-1, len(VentConstant) + 2 * most),
     )
 
 
 def _vent(vent: Vent) -> list[float]:
-    """A row of `Gas.vents`."""
+    """Constants of a row of `Gas.vents`."""
     events = (vent.opens_at_pressure, vent.opens_at_time, vent.opens_at_height)
     always = -inf if all(event is None for event in events) else inf
     given = {

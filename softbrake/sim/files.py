@@ -7,6 +7,7 @@ import io
 import os
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
+from itertools import groupby
 from pathlib import Path
 from typing import Any
 
@@ -70,6 +71,7 @@ def hold(file: Path) -> Callable[[], None]:
     return release
 
 
+_PAGE = 4096  # bytes, a divisor of every system's
 _CHUNK_TABLE = b"TREE\x01"  # a node of the B-tree of a dataset's chunks begins so
 
 
@@ -103,15 +105,19 @@ class StagedFile(io.RawIOBase):
         """What is on the disk, with what is staged laid over it."""
         view = memoryview(buffer).cast("B")
         count = max(min(len(view), self._size - self._at), 0)
-        self._disk.seek(self._at)
-        found = bytearray(self._disk.read(count).ljust(count, b"\0"))
-        for offset, data in self._staged:
-            first, last = max(offset, self._at), min(offset + len(data), self._at + count)
-            if first < last:
-                found[first - self._at : last - self._at] = data[first - offset : last - offset]
-        view[:count], view[count:] = found, bytes(len(view) - count)
+        view[:count], view[count:] = self._overlaid(self._at, count, self._staged), bytes(len(view) - count)
         self._at += count
         return count
+
+    def _overlaid(self, start: int, count: int, parts: list[tuple[int, bytes]]) -> bytearray:
+        """Read what is on the disk, and lay parts over it."""
+        self._disk.seek(start)
+        found = bytearray(self._disk.read(count).ljust(count, b"\0"))
+        for offset, data in parts:
+            first, last = max(offset, start), min(offset + len(data), start + count)
+            if first < last:
+                found[first - start : last - start] = data[first - offset : last - offset]
+        return found
 
     def write(self, data: Any) -> int:
         """Stage."""
@@ -129,7 +135,8 @@ class StagedFile(io.RawIOBase):
         """Bring what is staged to the disk, in an order that a kill may cut off anywhere.
 
         First what makes the file longer, which alone can lack room; then the superblock, which says how long it is; then the
-        tables of chunks; then, as HDF5 wrote it, the rest, which has the sizes of datasets.
+        tables of chunks; then, as HDF5 wrote it, the rest, which has the sizes of datasets. Parts that follow one another within
+        a page are one write, which no kill cuts.
         """
         if self.fault is not None or self.closed or not (self._staged or self._size != self._kept):
             return
@@ -139,8 +146,11 @@ class StagedFile(io.RawIOBase):
             for offset, data in (part for part in self._staged if part[0] >= self._kept):
                 self._put(offset, data)
             self._disk.truncate(max(self._size, self._kept))
-            for offset, data in sorted(old, key=lambda part: (part[0] > 0, not part[1].startswith(_CHUNK_TABLE))):
-                self._put(offset, data)
+            old.sort(key=lambda part: (part[0] > 0, not part[1].startswith(_CHUNK_TABLE)))
+            for _, group in groupby(old, key=lambda part: part[0] // _PAGE):
+                parts = list(group)
+                first, last = min(offset for offset, _ in parts), max(offset + len(data) for offset, data in parts)
+                self._put(first, bytes(self._overlaid(first, last - first, parts)))
             self._disk.truncate(self._size)
         except OSError as error:
             self.fault = error

@@ -1,13 +1,14 @@
 """The result file: VTKHDF PolyData over time, which ParaView 5.12 opens, with the history, case and summary inside.
 
     /VTKHDF     one PolyData of shell, belts, covers and ground; a step per snapshot; written in VTK's order: lines, then polygons
-    /history    a row per recorded step, columns named as `state.History` in lower case, units in attributes
+    /history    a row per recorded step, columns named as `History` in lower case, units in attributes; those of a gas with a
+                state only where the case has one
     /softbrake  attributes version, source_hash and tension_scale; JSON texts `case` and, once the run has ended, `summary`,
                 or `inflation` of a shell at rest
 
-Snapshots and history are kept for half a second and then written together, the step counter last, and flushed: the file of a
-killed run stays readable, and lacks that much at most. So does that of a run whose disk gets full: the run goes on without it.
-A file that has its answer is packed when it is closed.
+Snapshots and history are kept for half a second and then written together, and flushed; last, in one write, the times and the
+step counter. The file of a killed run stays readable, by VTK too, and lacks that much at most. So does that of a run whose disk
+gets full: the run goes on without it. A file that has its answer is packed when it is closed.
 """
 
 from __future__ import annotations
@@ -16,7 +17,7 @@ import json
 import math
 import os
 import time
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import contextmanager, suppress
 from dataclasses import asdict, dataclass, replace
 from pathlib import Path
@@ -28,7 +29,7 @@ from numpy.typing import NDArray
 
 from softbrake.case.case import Case, case_to_dict
 from softbrake.core.arrays import Floats
-from softbrake.core.columns import History
+from softbrake.core.columns import OF_GAS, History
 from softbrake.sim.files import StagedFile, draft_of, hold
 from softbrake.sim.interrupt import held_interrupt
 from softbrake.sim.summary import (
@@ -69,9 +70,9 @@ POINT_FIELDS = {
 }
 # One value a snapshot. No name of a point or cell field: readers that look a name up in all of them would take the wrong one.
 SCALARS = {"cover_height": "m", "cargo_velocity": "m/s", "gas_pressure": "Pa"}
+GAS_SCALARS = {"gas_temperature": "K", "gas_mass": "kg"}  # of a gas with a state
 FORMER = {"crossings": "missed_collisions", "ladder": "trials", "minimum_height": "lowest_height"}  # names in older files
 FORMER_SCALARS = {"cover_height": "height", "cargo_velocity": "velocity"}
-HISTORY_DTYPE = np.dtype([(column.name.lower(), np.float64) for column in History])
 PARTS = ("shell", "belt", "lower cover", "upper cover", "ground")  # by the values of the cell array `part`
 SHELL_PART, BELT, LOWER_COVER, UPPER_COVER, GROUND = range(len(PARTS))
 _COMPRESSED: dict[str, Any] = {"compression": "gzip", "compression_opts": 4, "shuffle": True}
@@ -93,6 +94,19 @@ def tension_scale(case: Case) -> float:
     return 0.5 * case.filling.largest * case.shell.height
 
 
+def history_dtype(case: Case) -> np.dtype[Any]:
+    """Type of a row of /history: a float64 for each column, those of a gas only where the case has one."""
+    columns = [column for column in History if case.gas is not None or column not in OF_GAS]
+    return np.dtype([(column.name.lower(), np.float64) for column in columns])
+
+
+def as_history(rows: Floats, dtype: np.dtype[Any]) -> NDArray[Any]:
+    """Copy `rows` (k, len(History)) to structured ones, (k,), of the columns of a dtype."""
+    columns = [History[name.upper()] for name in dtype.names or ()]
+    copy: NDArray[Any] = np.ascontiguousarray(rows[:, columns], np.float64).view(dtype)[:, 0]
+    return copy
+
+
 class ResultFile:
     """A result file being written. Use as a context manager, or call `close`."""
 
@@ -108,9 +122,10 @@ class ResultFile:
         self._under_pressure = np.isin(part, (SHELL_PART, LOWER_COVER, UPPER_COVER))
         self._points, self._cell_pressure = root["Points"], root["CellData/pressure"]
         self._fields = {name: root["PointData"][name] for name in POINT_FIELDS}
-        self._scalars = {name: root["FieldData"][name] for name in SCALARS}
+        self._scalars = dict(root["FieldData"].items())
         self._steps, self._times = root["Steps"], root["Steps/Values"]
-        self._offsets = [(self._steps[name], *line) for name, line in _offsets(int(root["NumberOfPoints"][0]), len(part)).items()]
+        offsets = _offsets(int(root["NumberOfPoints"][0]), len(part), self._scalars)
+        self._offsets = [(self._steps[name], *line) for name, line in offsets.items()]
         self._history = self._file["history"]
         self._kept: dict[h5py.Dataset, list[NDArray[Any]]] = {}
         self._bytes_kept = 0
@@ -154,12 +169,22 @@ class ResultFile:
         return f"{self.path}: cannot be written: {_reason(error)}; the file holds {until}, and no answer"
 
     def add_snapshot(
-        self, instant: float, xyz: Floats, fields: Mapping[str, Floats], *, height: float, velocity: float, pressure: float
+        self,
+        instant: float,
+        xyz: Floats,
+        fields: Mapping[str, Floats],
+        *,
+        height: float,
+        velocity: float,
+        pressure: float,
+        temperature: float = 0.0,
+        mass: float = 0.0,
     ) -> None:
         """Append the shell at an `instant` [s]; it reaches the file within SECONDS_KEPT, or with the next call after that.
 
         `xyz` [m] is (n1+1, n2, 3); `fields` holds every name of POINT_FIELDS, each (n1+1, n2) or, for velocity, (n1+1, n2, 3).
-        `height` [m] and `velocity` [m/s, up positive] are the cargo's, `pressure` [Pa] the gas's.
+        `height` [m] and `velocity` [m/s, up positive] are the cargo's, `pressure` [Pa] the gas's; so are `temperature` [K] and
+        `mass` [kg] of a gas with a state.
         """
         step = len(self._times) + len(self._kept.get(self._times, ()))
         ground = _ground_corners(xyz)
@@ -170,8 +195,10 @@ class ResultFile:
             own = np.zeros(components) if components else values.min()
             self._keep(dataset, np.concatenate((values, np.full((len(ground), *components), own))))
         self._keep(self._cell_pressure, np.where(self._under_pressure, pressure, 0.0))
-        for name, value in (("cover_height", height), ("cargo_velocity", velocity), ("gas_pressure", pressure)):
-            self._keep(self._scalars[name], np.array([value]))
+        scalars = zip((*SCALARS, *GAS_SCALARS), (height, velocity, pressure, temperature, mass), strict=True)
+        for name, value in scalars:
+            if name in self._scalars:
+                self._keep(self._scalars[name], np.array([value]))
         for dataset, first, stride in self._offsets:
             self._keep(dataset, np.full((1, *dataset.shape[1:]), first + step * stride))
         self._keep(self._times, np.array([instant]))
@@ -179,7 +206,7 @@ class ResultFile:
 
     def add_history(self, rows: Floats) -> None:
         """Append `rows` (k, len(History)) to /history, as add_snapshot does; they are copied."""
-        self._keep(self._history, np.array(rows, np.float64, order="C").view(HISTORY_DTYPE)[:, 0])
+        self._keep(self._history, as_history(rows, self._history.dtype))
         self._write_if_due()
 
     def _keep(self, dataset: h5py.Dataset, rows: NDArray[Any]) -> None:
@@ -198,10 +225,9 @@ class ResultFile:
                 times = self._kept.pop(self._times, [])
                 for dataset, rows in self._kept.items():
                     _append(dataset, np.concatenate(rows))
-                if times:
-                    _append(self._times, np.concatenate(times))
                 self._file.flush()
-                if times:  # the counter last: VTK aborts on a file whose counter and arrays disagree
+                if times:  # counter and times last, in one write: VTK aborts where there are more times than it counts steps
+                    _append(self._times, np.concatenate(times))
                     self._steps.attrs.modify("NSteps", len(self._times))
                     self._file.flush()
             if times and self._staged.fault is None:
@@ -268,12 +294,12 @@ class Result:
     case: dict[str, Any]  # as resolved, SI units; `load_case` makes a Case of it
     summary: Summary | None  # None if the run was killed, and of a static inflation
     inflation: Inflation | None  # the answer of `softbrake inflate`; None of a drop
-    history: NDArray[Any]  # (rows,), structured: a field of SI values for each column, as history["time"]
+    history: NDArray[Any]  # (rows,), structured: a field of SI values for each column that the file has, as history["time"]
 
     @property
     def units(self) -> dict[str, str]:
         """SI unit of each column of the history."""
-        return {column.name.lower(): column.unit for column in History}
+        return {name: History[name.upper()].unit for name in self.history.dtype.names or ()}
 
     def frame(self) -> DataFrame:
         """The history as a DataFrame of pandas, a column for each of `units`. Raises ImportError without pandas."""
@@ -303,7 +329,7 @@ def read_result(path: Path | str) -> Result:
 
 
 def read_history(path: Path | str) -> NDArray[Any]:
-    """/history as a structured array of HISTORY_DTYPE. Raises ResultError."""
+    """/history as a structured array, a field for each of its columns. Raises ResultError."""
     with _open(path) as file:
         history: NDArray[Any] = file["history"][:]
     return history
@@ -456,6 +482,9 @@ def _lay_out(file: h5py.File, case: Case) -> None:
     root = file.create_group("VTKHDF")
     root.attrs["Version"] = np.array([2, 0], np.int64)
     root.attrs["Type"] = np.bytes_("PolyData")  # VTK 9.3 and 9.4 refuse a str
+    steps = root.create_group("Steps")  # before what depends on the grid: its counter and its times stay within one page
+    steps.attrs["NSteps"] = 0
+    _growing(steps, "Values", np.float64, (_BLOCK,), "s")
     root["NumberOfPoints"] = np.array([points], np.int64)
     for name, cells in (("Vertices", []), ("Lines", lines), ("Polygons", polygons), ("Strips", [])):
         _write_cells(root.create_group(name), cells)
@@ -465,25 +494,24 @@ def _lay_out(file: h5py.File, case: Case) -> None:
     root["CellData/part"] = part
     root["CellData/part"].attrs["legend"] = ", ".join(f"{value} {name}" for value, name in enumerate(PARTS))
     _growing(root, "CellData/pressure", np.float32, (len(part),), "Pa")
-    for name, unit in SCALARS.items():
+    scalars = SCALARS if case.gas is None else SCALARS | GAS_SCALARS
+    for name, unit in scalars.items():
         _growing(root, f"FieldData/{name}", np.float64, (_BLOCK,), unit)
-    steps = root.create_group("Steps")
-    steps.attrs["NSteps"] = 0
-    _growing(steps, "Values", np.float64, (_BLOCK,), "s")
-    for name in _offsets(points, len(part)):
+    for name in _offsets(points, len(part), scalars):
         _growing(steps, name, np.int64, (_BLOCK, 4) if name in _FOR_EACH_CELL_KIND else (_BLOCK,))
-    _growing(file, "history", HISTORY_DTYPE, (_BLOCK,))
-    for column in History:
-        file["history"].attrs[column.name.lower()] = column.unit
+    dtype = history_dtype(case)
+    _growing(file, "history", dtype, (_BLOCK,))
+    for name in dtype.names or ():
+        file["history"].attrs[name] = History[name.upper()].unit
 
 
-def _offsets(points: int, cells: int) -> dict[str, tuple[int, int]]:
+def _offsets(points: int, cells: int, scalars: Iterable[str]) -> dict[str, tuple[int, int]]:
     """Entries of the group Steps: value at the first step, increase at each step; `part` is the same at all steps."""
     entries = {"PartOffsets": (0, 0), "NumberOfParts": (1, 0), "PointOffsets": (0, points)}
     entries |= dict.fromkeys(_FOR_EACH_CELL_KIND, (0, 0))
     entries |= {f"PointDataOffsets/{name}": (0, points) for name in POINT_FIELDS}
     entries |= {"CellDataOffsets/part": (0, 0), "CellDataOffsets/pressure": (0, cells)}
-    entries |= {f"FieldDataOffsets/{name}": (0, 1) for name in SCALARS}
+    entries |= {f"FieldDataOffsets/{name}": (0, 1) for name in scalars}
     return entries
 
 

@@ -7,6 +7,7 @@ import sys
 import time
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
+from dataclasses import replace
 from functools import cached_property
 from pathlib import Path
 from typing import NamedTuple
@@ -85,6 +86,7 @@ ALL_KERNELS = (  # fidelity; whether folds are in contact
     *((fidelity, False) for fidelity in KERNELS),
     ("full", True),
     ("axisymmetric", True),
+    ("inflation", False),  # of a shell at the start, and by a gas
 )
 NODE_STEPS_PER_CHUNK = 2_000_000  # about 15 ms between chances for progress and Ctrl-C
 HISTORY_ROWS = 4096
@@ -132,6 +134,8 @@ def kernels_of(cases: Iterable[Case]) -> set[tuple[str, bool]]:
     for case in cases:
         for fidelity in REFINED if case.tolerance is not None else [case.model.fidelity]:
             wanted.add((fidelity, "folds" in case.contact and (fidelity, True) in ALL_KERNELS))
+        if case.initial == "inflated" or case.gas is not None:
+            wanted.add(("inflation", False))
     return wanted
 
 
@@ -147,12 +151,23 @@ def compile_kernels(wanted: Iterable[tuple[str, bool]] = ALL_KERNELS, report: Ca
     """
     for fidelity, self_contact in wanted:
         report(kernel_name(fidelity, self_contact))
+        if fidelity == "inflation":
+            compile_inflation()
+            continue
         contact = "contact=full" if self_contact else "contact=solid"
         one = Simulation(parse_case(starter(), "starter", [f"model.fidelity={fidelity}", contact]))
         one.advance(most=0)
         one.fields()
         one.disturb(0.0, 0)
         update_pressure(one.model, one.state, 0.0, 0.0)
+
+
+def compile_inflation() -> None:
+    """Compile, or load, what inflates a shell and fills it with gas."""
+    gas = ["model.fidelity=axisymmetric", "contact=solid", "gas={pressure: 1 kPa}"]
+    case = replace(parse_case(starter(), "starter", gas), initial="unloaded")
+    one = Simulation(case)
+    relax_meridian(one.model, one.state.nodes, one.workspace, 1.0, 1.0, 0)
 
 
 def prepare(case: Case, disturbed: tuple[float, int] | None = None) -> Simulation:
@@ -426,6 +441,8 @@ class Simulation:
             height=self.now(History.HEIGHT),
             velocity=self.now(History.VELOCITY),
             pressure=self.now(History.PRESSURE),
+            temperature=self.now(History.TEMPERATURE),
+            mass=self.now(History.GAS_MASS),
         )
 
     def _above_ground(self, row: float) -> float:
@@ -439,9 +456,13 @@ class Simulation:
             value, when, row = (float(part) for part in peaks[which])
             return PeakValue(value, when, self._above_ground(row) if which in TENSIONS else None, phase)
 
-        if self.now(History.HEIGHT) > self.model.crushing:
+        if self._lowest() > self.model.crushing:
             return of("overshoot", self.state.peaks)
         return larger(of("overshoot", self.state.overshoot), of("crushing", self.state.peaks))
+
+    def _lowest(self) -> float:
+        """Lowest height of the cover so far, m."""
+        return min(self.now(History.HEIGHT), float(self.state.motion[Motion.LOWEST]))
 
     def _known(self) -> dict[str, Peak]:
         """Peaks that the run has, by their names in the answer."""
@@ -473,7 +494,7 @@ class Simulation:
             impact_time=None if impact is None else self.now(History.TIME),
             free_fall_velocity=free_fall,
             velocity_reduction=None if impact is None else free_fall - impact,
-            lowest_height=min(self.now(History.HEIGHT), float(self.state.motion[Motion.LOWEST])),
+            lowest_height=self._lowest(),
             peak_deceleration=peaks["peak_deceleration"].value,
             peak_tension_generatrix=generatrix,
             peak_tension_hoop=hoop,
@@ -509,6 +530,7 @@ class Simulation:
             peak_pressure=peaks["peak_pressure"].value if case.gas is not None else None,
             peak_temperature=peaks["peak_temperature"].value if case.gas is not None else None,
             vented_mass=float(self.state.gas[GasState.VENTED]) if case.gas is not None else None,
+            gas_mass=self.now(History.GAS_MASS) if case.gas is not None else None,
             vent_opening_times=self._openings(),
             gas=self.gas_balance(),
         )

@@ -239,6 +239,7 @@ class Summary:
     )
     peak_temperature: float | None = answer("K", "of the gas", default=None)
     vented_mass: float | None = answer("kg", "of the gas, out through vents and wall", default=None)
+    gas_mass: float | None = answer("kg", "of the gas, in the shell at the end", default=None)
     vent_opening_times: list[float | None] | None = answer("s", "of each vent, None of one that stayed closed", default=None)
     gas: GasBalance | None = answer("", "energy of the gas, J", default=None)
     results_fault: str | None = answer("", "why the result file lacks what came last; None where it is whole", default=None)

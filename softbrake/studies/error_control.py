@@ -45,7 +45,7 @@ LEAST_MEMBERS, MOST_MEMBERS = 6, 8  # of an ensemble on one grid, least to stop 
 SEEDS = (1e-3, 1e-4, 1e-5, 1e-6)
 OUT_OF_ROUND = 0.05  # of the radius: more, and the shell is not axisymmetric; its square, 0.25 %, is what the answer feels
 LEAST_SPEED = 0.05  # of the free-fall velocity: tolerances of smaller impact velocities are parts of this
-PEAKS = ("peak_deceleration", "peak_tension_generatrix", "peak_tension_hoop", "peak_tension_belt")
+PEAKS = ("peak_deceleration", "peak_tension_generatrix", "peak_tension_hoop", "peak_tension_belt", "peak_pressure")
 PART = 0.5  # of the allowed error, that grids of the axisymmetric shell may take up
 COSTLIER = {"axisymmetric": FINER**3, "full": (FINE / SCREEN) ** 3.5}  # a run on the next finer grid, at most
 RATIOS = (0.57, 0.69, 0.83)  # of the cells, of the coarser neighbours of a grid that a case asks for
@@ -313,7 +313,7 @@ class _Refinement:
         finally:
             seconds = CLOCK() - before
             self.spent += seconds
-        if summary.outcome == "time_limit":
+        if summary.outcome == "time_limit" and summary.rest_time is None:
             self.record(case, None, None, seconds, "cut off by time.end")
             raise CutOff(case, summary)
         return _Run(case, summary, seed, out, seconds)
@@ -341,7 +341,7 @@ class _Refinement:
         gas = level(self.case, "lumped", 8, 8)
         before = CLOCK()
         summary, _ = probe(gas)
-        there = summary.outcome != "time_limit"
+        there = summary.outcome != "time_limit" or summary.rest_time is not None
         self.record(gas, speed_of(summary) if there else None, None, CLOCK() - before, "no shell: for comparison only")
         try:
             return self.done(self.shell())
@@ -566,10 +566,10 @@ class _Refinement:
                     else "; the budget allows no more of them"
                 )
         impact = speed if found.energy > 0.0 else None
-        ending = "stopped" if impact is None else "impact"  # the mean's: the run nearest it may end otherwise
+        ending = "impact" if impact is not None else "stopped" if base.outcome == "impact" else base.outcome  # of the mean
         summary = replace(
             _with_means(base, found.means),
-            outcome=base.outcome if base.outcome == "time_limit" else ending,  # type: ignore[arg-type]
+            outcome=base.outcome if base.outcome == "time_limit" else ending,
             impact_time=base.impact_time if impact is not None else None,
             doubt=base.doubt or found.doubt,
             impact_velocity=impact,
@@ -621,7 +621,7 @@ def _with_error_bar(case: Case, summary: Summary, coarser: Sequence[Summary]) ->
     if not coarser:
         return replace(summary, fidelity_reason="no error bar: a coarser grid diverges")
     runs = [*coarser, summary]
-    if any(run.outcome == "time_limit" for run in runs):
+    if any(run.outcome == "time_limit" and run.rest_time is None for run in runs):
         return replace(summary, fidelity_reason="no error bar: a run ends before impact; raise time.end")
     found, peaks = of_neighbours([(case, run) for run in runs])
     _, error = speed_range(found.value, found.error)

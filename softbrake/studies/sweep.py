@@ -27,7 +27,7 @@ from softbrake.core.columns import History
 from softbrake.core.jit import PACKAGE, hash_sources
 from softbrake.sim.files import StagedFile, hold, write_text
 from softbrake.sim.interrupt import held_interrupt
-from softbrake.sim.result_file import HISTORY_DTYPE
+from softbrake.sim.result_file import as_history, history_dtype
 from softbrake.studies.axes import Axis, Designs
 from softbrake.studies.batch import Dropped, run_batch, run_one
 
@@ -155,7 +155,7 @@ def run_sweep(
                         stream.write(json.dumps(_record(id, answer)) + "\n")
                         stream.flush()
                     if kept is not None and answer.history is not None:
-                        size = kept.add(id, answer.history)
+                        size = kept.add(id, todo[id], answer.history)
                 if size and number == 0 and len(todo) > 1:
                     told(f"histories: about {len(todo) * size / 1e6:.3g} MB for {len(todo)} runs")
                 done += 1
@@ -325,9 +325,9 @@ class _Histories:
             self.ids = set()
         self._file.attrs.update({column.name.lower(): column.unit for column in History})
 
-    def add(self, id: str, history: Any) -> int:
+    def add(self, id: str, case: Case, history: Any) -> int:
         """Keep the history (rows, len(History)) of a run and return its size in the file, bytes. Raises OSError."""
-        rows = history.view(HISTORY_DTYPE)[:, 0]
+        rows = as_history(history, history_dtype(case))
         if id in self._file:  # whose line of the journal was torn
             del self._file[id]
         kept = self._file.create_dataset(id, data=rows, compression="gzip", compression_opts=4, shuffle=True)

@@ -104,7 +104,7 @@ class Target:
             return self.in_unit(value)
         if self.name == "rebound_velocity":
             return "no rebound"
-        how = {"rebound": "rebounds from", "stopped": "stopped at"}.get(summary.outcome, "stood still, at the lowest at")
+        how = {"rebound": "rebounded from", "stopped": "stopped at"}.get(summary.outcome, "stood still, at the lowest at")
         return f"{how} a height of {summary.lowest_height:.4g} m"
 
 

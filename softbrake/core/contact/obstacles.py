@@ -203,7 +203,6 @@ def land_row(nodes, area, pressure, mean, work, by_column, ground, step, mass, n
         area_z = area.z[FIRST + j]
         mean.z[c] += half
         work.pressure[j] += dt * pressure[j] * area_z * half
-        by_column.swept[j] += area_z * rise
         work.gravity[j] -= dt * weight * half
         work.ground[j] += mass * rise * mean.z[c]
         by_column.kinetic[j] += mass * rise * (nodes.w[a] + half)
@@ -288,9 +287,7 @@ def stop_row(nodes, jump, area, pressure, mean, work, by_column, step, mass, nod
         c = row + j
         u, v, w = jump.x[b], jump.y[b], jump.z[b]
         half_u, half_v, half_w = 0.5 * u, 0.5 * v, 0.5 * w
-        through = area.x[b] * half_u + area.y[b] * half_v + area.z[b] * half_w
-        work.pressure[j] += dt * pressure[j] * through
-        by_column.swept[j] += 2.0 * through
+        work.pressure[j] += dt * pressure[j] * (area.x[b] * half_u + area.y[b] * half_v + area.z[b] * half_w)
         work.gravity[j] -= weight * half_w
         work.ground[j] += by_column.ground_impulse[j] * half_w
         by_column.kinetic[j] += mass * (u * (nodes.u[a] + half_u) + v * (nodes.v[a] + half_v) + w * (nodes.w[a] + half_w))

@@ -27,7 +27,7 @@ from softbrake.core.contact.obstacles import (
     slowed,
 )
 from softbrake.core.contact.self_contact import overflown, resolve_self_contact_of_meridian, watch_meridian, window_of
-from softbrake.core.gas import has_state, leaks, limit_with_gas
+from softbrake.core.gas import limit_with_gas
 from softbrake.core.jit import kernel
 from softbrake.core.lanes import FIRST, ONE, lanes, sum_of
 from softbrake.core.loop.ledger import record_history
@@ -88,9 +88,9 @@ def take_step_of_meridian(model, state, meridian, dt, length):
     on_ground = gas_on_cover - meridian.pressure[0] * meridian.area.z[FIRST] - meridian.force[0] * meridian.z[0]
     now[History.GROUND_FORCE] = columns * (on_ground + mass[0] * model.gravity + ground_impulse / dt)
     now[History.GROUND_AREA] = columns * model.cover_area
-    if has_state(model.gas):
+    if model.gas.exponent > 0.0:
         state.gas[GasState.NEXT_VOLUME] = volume_of_meridian(model, nodes, meridian.volume)
-    if leaks(model.gas):
+    if model.gas.leaks == 1:
         meridian.free[:] = 0.0
         add_free_area(nodes, meridian.area, meridian.free, model.obstacles, step, uint64(1), FIRST + ONE, n1 - 1)
         state.gas[GasState.FREE_AREA] = columns * sum_of(meridian.free, n1 - 1)

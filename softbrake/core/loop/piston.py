@@ -6,7 +6,7 @@ from softbrake.core.arrays import GasState, Outcome
 from softbrake.core.cargo import push_cargo
 from softbrake.core.columns import History
 from softbrake.core.contact.obstacles import foresee
-from softbrake.core.gas import has_state, stiffness
+from softbrake.core.gas import shrinking_limit, stiffness
 from softbrake.core.jit import kernel
 from softbrake.core.loop.ledger import record_history
 from softbrake.core.loop.time_loop import begin_step, end_step
@@ -25,8 +25,9 @@ def advance_lumped(model, state, _, history, interval, most, until):
     area, mass = model.hoop.whole * model.cover_area, model.hoop.whole * model.cargo_mass
     velocity, longest, perimeter = nodes.w[model.n1], state.stable_step[1], 2.0 * sqrt(pi * area)
     while outcome == Outcome.RUNNING and done < most and now[History.TIME] < until and rows + 1 < history.shape[0]:
-        if has_state(model.gas):
-            state.stable_step[0] = min(longest, PART_OF_PERIOD / sqrt(stiffness(model.gas, state.gas, area * area / mass)))
+        if model.gas.exponent > 0.0:
+            stroke = PART_OF_PERIOD / sqrt(stiffness(model.gas, state.gas, area * area / mass))
+            state.stable_step[0] = min(longest, stroke, shrinking_limit(state.gas, state.last_step[0]))
         length, dt = begin_step(model, state)
         force = now[History.PRESSURE] * area
         old = velocity

@@ -29,8 +29,6 @@ def push_row(nodes, force, area, pressure, mean, work, by_column, obstacles, ste
         work.pressure[j] += dt * (gas_x * mean_u + gas_y * mean_v + gas_z * mean_w)
         work.gravity[j] -= dt * weight * mean_w
         by_column.kinetic[j] += 0.5 * mass * (u * u + v * v + w * w)
-        by_column.flux[j] += nodes.x[a] * area.x[b] + nodes.y[a] * area.y[b] + nodes.z[a] * area.z[b]
-        by_column.swept[j] += u * area.x[b] + v * area.y[b] + w * area.z[b]
         by_column.ground_impulse[j] = 0.0
         mean.x[c] = mean_u
         mean.y[c] = mean_v

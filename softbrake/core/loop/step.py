@@ -7,7 +7,7 @@ from softbrake.core.cargo import push_cargo, vertical_forces
 from softbrake.core.columns import History
 from softbrake.core.contact.obstacles import add_free_area, any_above, foresee, may_touch, press_row, rub_row
 from softbrake.core.contact.self_contact import overflown, watch_shell, window_of
-from softbrake.core.gas import has_state, leaks, limit_with_gas
+from softbrake.core.gas import limit_with_gas
 from softbrake.core.jit import kernel
 from softbrake.core.lanes import FIRST, clear_row, lanes, total
 from softbrake.core.loop.contact_work import add_contact_work_of_shell, begin_contact, resolve_contact
@@ -58,7 +58,6 @@ def take_step(model, state, workspace, meeting):
         update_row_pressure(model, state.nodes, workspace, at, uniform)  # (2.11)
         if i == 0:
             hold_ground_row(model, now, workspace, at)
-            add_flux(state.nodes, workspace.area, workspace.by_column, at.node, 0.0, model.n2)
         elif i < n1:
             push_free_row(model, state, workspace, step, at, touching)  # (3.2), (3.4)
         else:
@@ -66,7 +65,9 @@ def take_step(model, state, workspace, meeting):
                 resolve_contact(model, state, workspace, step, touching)  # (2.5)
             height = push_cover_row(model, state, workspace, step, at)  # (2.4), (3.4)
         add_row_work(model, state.work, workspace, at, wrinkled_below, dt)
-    if has_state(model.gas):
+        if model.gas.exponent > 0.0:
+            add_flux(state.nodes, workspace.area, workspace.by_column, at.node, step.length, model.n2)
+    if model.gas.exponent > 0.0:
         update_volume(model, state, workspace, step, meeting)
     return height
 
@@ -123,7 +124,7 @@ def push_free_row(model, state, workspace, step, at, touching):
         rub_row(nodes, force, area, pressure, mean, work, by_column, obstacles, step, mass, at.node, at.row, n2)
     if touching and any_above(nodes.z, nodes.w, step, at.node, n2):
         press_row(nodes, force, area, pressure, mean, work, by_column, obstacles, step, mass, at.node, at.row, n2)
-    if leaks(model.gas):
+    if model.gas.leaks == 1:
         add_free_area(nodes, area, by_column.free, obstacles, step, at.node, FIRST, n2)
 
 
@@ -138,7 +139,6 @@ def push_cover_row(model, state, workspace, step, at):
     moving = model.cargo_mass + n2 * model.mass[at.i]
     velocity, height = push_cargo(now, nodes.w[at.node], step, whole * moving)  # (2.4)
     hold_row(workspace.mean, at.row, n2, 0.5 * (nodes.w[at.node] + velocity))
-    add_flux(nodes, workspace.area, by_column, at.node, velocity, n2)
     move_cover_row(nodes, at.node, n2, velocity, height)
     between = workspace.mean.z[at.row]
     add_cargo_work(work, by_column, gas_on_cover + gas, model.gravity * moving, moving, between, velocity, step.dt)

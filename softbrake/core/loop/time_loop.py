@@ -4,7 +4,6 @@ from math import exp, sqrt
 
 from softbrake.core.arrays import After, GasState, Motion, Outcome, Peak, Source
 from softbrake.core.columns import History
-from softbrake.core.gas import has_state
 from softbrake.core.jit import kernel
 from softbrake.core.peaks import raise_peak
 from softbrake.core.pressure import update_pressure
@@ -55,6 +54,7 @@ def end_step(model, state, length, height):
     now = state.now
     before, velocity, acceleration = now[History.HEIGHT], now[History.VELOCITY], now[History.ACCELERATION]
     filter_deceleration(model, state, length)
+    high = state.motion[Motion.LOWEST] > model.crushing
     within, outcome = event_time(before, velocity, acceleration, length)
     if outcome == Outcome.STOPPED:
         lowest = before + within * (velocity + 0.5 * within * acceleration)
@@ -76,9 +76,9 @@ def end_step(model, state, length, height):
         now[History.HEIGHT] = 0.0
     else:
         now[History.HEIGHT] += within * (velocity + 0.5 * within * acceleration)
-    if before > model.crushing >= now[History.HEIGHT]:
+    if high and before > model.crushing >= now[History.HEIGHT]:  # for the first time
         begin_crushing(state.peaks, state.overshoot)
-    if has_state(model.gas):
+    if model.gas.exponent > 0.0:
         reached = within / length * (state.gas[GasState.NEXT_VOLUME] - state.gas[GasState.VOLUME])
         state.gas[GasState.NEXT_VOLUME] = state.gas[GasState.VOLUME] + reached
     now[History.TIME] += within

@@ -38,12 +38,13 @@ def shell_volume(model, nodes, sums):
 
 
 @kernel
-def add_flux(nodes, area, by_column, node, velocity, columns):
-    """Add what a row that moves at a velocity (m/s, upwards) with its cover has of the volume and its rate. Writes by_column."""
+def add_flux(nodes, area, by_column, node, length, columns):
+    """Add what a row of nodes that has moved had of the volume before the step (s), and of its rate. Writes by_column."""
     for j in range(lanes(columns)):
         a, b = node + j, FIRST + j
-        by_column.flux[j] += nodes.x[a] * area.x[b] + nodes.y[a] * area.y[b] + nodes.z[a] * area.z[b]
-        by_column.swept[j] += velocity * area.z[b]
+        rate = nodes.u[a] * area.x[b] + nodes.v[a] * area.y[b] + nodes.w[a] * area.z[b]
+        by_column.flux[j] += nodes.x[a] * area.x[b] + nodes.y[a] * area.y[b] + nodes.z[a] * area.z[b] - length * rate
+        by_column.swept[j] += rate
 
 
 @kernel

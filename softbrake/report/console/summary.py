@@ -13,9 +13,12 @@ from softbrake.report.words import (
     SHOWN,
     TENSIONS,
     disturbed_in_words,
+    gas_energy_rows,
     made_in_words,
     margin_in_words,
+    openings_in_words,
     outcome_in_words,
+    vented_in_words,
     when_in_words,
 )
 from softbrake.sim.summary import PeakValue, Sensitivities, Summary, contact_in_words
@@ -32,7 +35,7 @@ def print_summary(summary: Summary, tension_scale: float | None = None, console:
     console.print(summary.title, style="bold", soft_wrap=True, markup=False, highlight=False)
     console.print(outcome_in_words(summary), markup=False, highlight=False)
     console.print()
-    tables = [_motion(summary), _tensions(summary, tension_scale), _work(summary)]
+    tables = [_motion(summary), _gas(summary), _tensions(summary, tension_scale), _work(summary)]
     print_quantities(console, *filter(None, tables))
     console.print()
     if summary.trials:
@@ -76,6 +79,10 @@ def _motion(summary: Summary) -> list[Line]:
     if summary.velocity_reduction is not None:
         share = summary.velocity_reduction / summary.free_fall_velocity if summary.free_fall_velocity else 0.0
         table.append(("reduction", f"{summary.velocity_reduction:.5f}", "m/s", f"{share:.1%} of free fall"))
+    if summary.rest_time is not None:
+        table.append(("lowest height", f"{summary.lowest_height:.5f}", "m", f"first at rest at {summary.rest_time:.5f} s"))
+    if summary.rebound_velocity is not None:
+        table.append(("rebound velocity", f"{summary.rebound_velocity:.5f}", "m/s", f"upwards, at {summary.end_time:.5f} s"))
     peak = summary.peak_deceleration
     notes = [f"{peak / STANDARD_GRAVITY:.2f} g net"]
     if (found_peak := summary.peaks.get("peak_deceleration")) is not None:
@@ -86,6 +93,20 @@ def _motion(summary: Summary) -> list[Line]:
     if summary.filtered is not None and summary.filtered.fault is not None:
         table.append((f"  CFC {summary.filtered.cfc}", "–", "", summary.filtered.fault))
     return table
+
+
+def _gas(summary: Summary) -> list[Line]:
+    """What became of a gas with a state; empty for a pressure law."""
+    if summary.peak_pressure is None or summary.peak_temperature is None or summary.vented_mass is None:
+        return []
+    pressure, temperature = summary.peaks["peak_pressure"], summary.peaks["peak_temperature"]
+    when = _bar(summary, "peak_pressure", 1e-3) + when_in_words(pressure, mean=summary.ensemble)
+    return [
+        ("peak pressure, gauge", f"{summary.peak_pressure / 1e3:.4f}", "kPa", when),
+        ("peak temperature", f"{summary.peak_temperature:.2f}", "K", when_in_words(temperature)),
+        *([("vented mass", f"{summary.vented_mass:.5f}", "kg", vented_in_words(summary))] if summary.vented_mass else []),
+        *openings_in_words(summary),
+    ]
 
 
 def _tensions(summary: Summary, scale: float | None) -> list[Line]:
@@ -143,6 +164,8 @@ def _work(summary: Summary) -> list[Line]:
     table: list[Line] = []
     for name, value in asdict(summary.work).items():
         table.append((f"work, {name}", f"{value:.3f}", "J"))
+    if summary.gas is not None:
+        table += [(name, f"{value:.3f}", "J", note) for name, value, note in gas_energy_rows(summary.gas)]
     if summary.missed_collisions:
         depth = f"of folds, to {100.0 * summary.largest_penetration:.2g}% of a cell"
         table.append(("missed collisions", str(summary.missed_collisions), "", depth))

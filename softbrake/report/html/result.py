@@ -16,11 +16,14 @@ from softbrake.report.plots.page import drop_charts, shapes
 from softbrake.report.words import (
     TENSIONS,
     disturbed_in_words,
+    gas_energy_rows,
     made_in_words,
     margin_in_words,
     named,
+    openings_in_words,
     outcome_in_words,
     speed_in_words,
+    vented_in_words,
     when_in_words,
 )
 from softbrake.sim.result_file import ResultError, read_case, read_history, read_inflation, read_snapshots, read_summary
@@ -55,7 +58,7 @@ def result_page(path: Path | str) -> str:
 
 def _answers(case: dict[str, Any], summary: Summary) -> str:
     """The numbers a designer asks for, each with its error and its margin."""
-    cards = [_fall(summary), _braking(case, summary)]
+    cards = [*_fall(summary), _braking(case, summary), *_gas(summary)]
     for tension in TENSIONS:
         name = f"peak_tension_{tension}"
         if (value := getattr(summary, name)) is not None:
@@ -72,15 +75,36 @@ def _answers(case: dict[str, Any], summary: Summary) -> str:
     return f'{doubt}{answers(cards)}<p class="note">{escape(reason)}</p>'
 
 
-def _fall(summary: Summary) -> Card:
-    """Impact velocity, or how low the cover came."""
+def _fall(summary: Summary) -> list[Card]:
+    """Impact velocity, or how low the cover came and how fast it rose."""
     if summary.impact_velocity is None:
-        return Card("lowest height", f"{summary.lowest_height:.4g} m", ["no impact"])
+        rest = "" if summary.rest_time is None else f"first at rest at {summary.rest_time * 1e3:.4g} ms"
+        cards = [Card("lowest height", f"{summary.lowest_height:.4g} m", ["no impact", rest])]
+        if summary.rebound_velocity is not None:
+            notes = [f"upwards at the height of first contact, at {summary.end_time * 1e3:.4g} ms"]
+            cards.append(Card("rebound velocity", f"{summary.rebound_velocity:.3f} m/s", notes))
+        return cards
     error = "" if summary.impact_velocity_error is None else f" ± {summary.impact_velocity_error:.2g}"
     notes = [f"free fall {summary.free_fall_velocity:.3f} m/s"]
     if (found := summary.ensemble) is not None:
         notes.append(f"{found.members} drops, {found.least:.3f} to {found.most:.3f} m/s, {disturbed_in_words(found)}")
-    return Card("impact velocity", f"{summary.impact_velocity:.3f}{error} m/s", notes)
+    return [Card("impact velocity", f"{summary.impact_velocity:.3f}{error} m/s", notes)]
+
+
+def _gas(summary: Summary) -> list[Card]:
+    """Peaks of a gas with a state, and what left it; none of a pressure law."""
+    if summary.peak_pressure is None or summary.peak_temperature is None or summary.vented_mass is None:
+        return []
+    shown = f"{summary.peak_pressure / 1e3:.2f}{_bar(summary, 'peak_pressure', 1e-3)} kPa"
+    notes = _notes(summary, "peak_pressure", 1e-3, "kPa", filtered=False)
+    cards = [
+        Card("peak pressure, gauge", shown, notes),
+        Card("peak temperature", f"{summary.peak_temperature:.1f} K", [when_in_words(summary.peaks["peak_temperature"], 1e3)]),
+    ]
+    openings = [f"{name} at {when} {unit}" if unit else f"{name} {when}" for name, when, unit in openings_in_words(summary, 1e3)]
+    if summary.vented_mass or openings:
+        cards.append(Card("vented mass", f"{summary.vented_mass:.4g} kg", [vented_in_words(summary), *openings]))
+    return cards
 
 
 def _braking(case: dict[str, Any], summary: Summary) -> Card:
@@ -139,6 +163,8 @@ def _computed(summary: Summary) -> str:
         f"{summary.steps} steps of {summary.time_step * 1e6:.4g} us on average, {summary.kernel_seconds:.2f} s of CPU",
     ]
     works = [[f"work, {name}", f"{value:.2f} J"] for name, value in asdict(summary.work).items()]
+    if summary.gas is not None:
+        works += [[name.strip(), f"{value:.2f} J"] for name, value, _ in gas_energy_rows(summary.gas)]
     works.append(["energy residual", f"{summary.energy_error:.1e} of the initial energy"])
     works.append(["energy from nowhere", made_in_words(summary)])
     text = "".join(f"<p>{escape(line)}</p>" for line in lines) + table(("", ""), works, 1)

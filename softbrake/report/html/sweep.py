@@ -20,7 +20,7 @@ from softbrake.report.html.frame import figures, page, table
 from softbrake.report.plots.page import map_chart, sweep_chart
 from softbrake.report.plots.sweep import Scale, spread
 from softbrake.report.results_csv import UNITS
-from softbrake.report.words import TENSIONS
+from softbrake.report.words import TENSIONS, stops
 from softbrake.sim.result_file import ResultError
 from softbrake.studies.axes import Axis
 from softbrake.studies.sweep import RESULTS
@@ -44,6 +44,10 @@ DRAWN = (
     Answer("fabric_margin", "margin, fabric", "%", 100.0),
     Answer("belt_margin", "margin, belts", "%", 100.0),
     Answer("lowest_height", "lowest height", "m", 1.0),
+    Answer("rebound_velocity", "rebound velocity", "m/s", 1.0),
+    Answer("peak_pressure", "peak pressure, gauge", "kPa", 1e-3),
+    Answer("peak_temperature", "peak temperature", "K", 1.0),
+    Answer("vented_mass", "vented mass", "kg", 1.0),
 )
 
 
@@ -79,12 +83,12 @@ def sweep_page(folder: Path | str) -> str:
 
 
 def _column(rows: Sequence[dict[str, str]], name: str, scale: float) -> NDArray[Any]:
-    """Numbers of a column, NaN where there are none. A cargo that stops above the ground has the impact velocity 0."""
+    """Numbers of a column, NaN where there are none. A cargo that turns above the ground has the impact velocity 0."""
 
     def number(row: dict[str, str]) -> float:
         if row["fault"]:
             return math.nan
-        if name == "impact_velocity" and row["outcome"] == "stopped":
+        if name == "impact_velocity" and stops(row["outcome"], row.get("rest_time")):
             return 0.0
         return float(row.get(name) or math.nan)
 
@@ -111,9 +115,9 @@ def _charts(rows: Sequence[dict[str, str]], axes: Sequence[Axis]) -> str:
         ]
     if not drawn:
         return ""
-    note = '<p class="note">Impact velocity 0: the cargo stops above the ground.</p>'
-    stops = any(row["outcome"] == "stopped" for row in rows)
-    return figures("charts", drawn) + (note if stops else "")
+    note = '<p class="note">Impact velocity 0: the cargo stops above the ground, or rebounds.</p>'
+    stopping = any(stops(row["outcome"], row.get("rest_time")) for row in rows)
+    return figures("charts", drawn) + (note if stopping else "")
 
 
 def _runs(rows: Sequence[dict[str, str]], axes: Sequence[Axis]) -> str:

@@ -67,22 +67,32 @@ def result_figure(path: Path | str, dimensionless: bool = False) -> Figure:
         raise PlotError(f"{path}: the run stopped before it recorded anything")
 
     with mpl.rc_context(STYLE):
-        figure: Figure = mpl.figure.Figure(figsize=(12.0, 7.6), layout="constrained")
+        of_gas = panels.gas_panels(history, summary)
+        figure: Figure = mpl.figure.Figure(figsize=(17.0 if of_gas else 12.0, 7.6), layout="constrained")
         figure.suptitle(_headline(case, summary), fontsize=12, parse_math=False)  # a title may hold dollars
-        parts: Any = figure.subfigures(1, 2, width_ratios=(1.0, 1.15))
-        left, right = parts
-        _draw_profiles(left.subplots(3, 2, sharex=True, sharey=True), case, shots)
-        speed, brake, tension, energy = axes = right.subplots(4, 1, sharex=True)
+        parts: Any = figure.subfigures(1, 3 if of_gas else 2, width_ratios=(1.0, 1.15, 0.95)[: 3 if of_gas else 2])
+        _draw_profiles(parts[0].subplots(3, 2, sharex=True, sharey=True), case, shots)
+        speed, brake, tension, energy = axes = parts[1].subplots(4, 1, sharex=True)
         panels.draw_speed(speed, case, history, summary)
         panels.draw_deceleration(brake, case, history)
         panels.draw_tensions(tension, case, history, scale, unit)
         panels.draw_energy(energy, history)
+        energy.set_xlabel("time, ms")
+        if of_gas:
+            gas = parts[2].subplots(len(axes), 1, sharex=True)
+            for panel in gas[len(of_gas) :]:
+                panel.set_axis_off()
+            for panel, draw in zip(gas, of_gas, strict=False):
+                draw(panel)
+            gas[len(of_gas) - 1].tick_params(labelbottom=True)
+            gas[len(of_gas) - 1].set_xlabel("time, ms")
+            axes = [*axes, *gas[: len(of_gas)]]
         for panel in axes:
             panel.margins(x=0.0)
-            panel.axhline(0.0, color=GREY, linewidth=0.6, zorder=0)
+            if panel.get_ylabel() != "K":
+                panel.axhline(0.0, color=GREY, linewidth=0.6, zorder=0)
             if panel.get_legend_handles_labels()[0]:
                 panel.legend(loc="center left", bbox_to_anchor=(1.0, 0.5))
-        energy.set_xlabel("time, ms")
     return figure
 
 
@@ -137,7 +147,7 @@ def drop_figure(path: Path | str, instants: int = 4) -> Figure:
             axes.add_collection(
                 PolyCollection([face + shift for face in faces], facecolors=paint, edgecolors=paint, linewidths=widths)
             )
-            label = f"{shots.times[shot] * 1e3:.0f} ms\n{-shots.velocity[shot]:.2f} m/s"
+            label = f"{shots.times[shot] * 1e3:.0f} ms\n{panels.speed(shots, shot)}"
             axes.text(shift[0], -1.3 * depth, label, ha="center", va="top", fontsize=11, color=INK)
         axes.autoscale_view()
         axes.margins(0.01)
@@ -159,7 +169,8 @@ def _draw_profiles(axes: NDArray[Any], case: dict[str, Any], shots: Snapshots) -
         panel.set(aspect="equal", **panels.view(case, shots, chosen))
         panel.set_xticks(np.round([-radius, 0.0, radius], 6))
         panel.grid(False)
-    axes[0, 0].legend(loc="upper right", borderpad=0.0, handlelength=1.0, borderaxespad=0.0)
+    inside = {"bbox_to_anchor": (0.0, 0.5 * shots.height[0]), "bbox_transform": axes[0, 0].transData}  # between the walls
+    axes[0, 0].legend(loc="center", borderpad=0.0, handlelength=1.0, borderaxespad=0.0, **inside)
     for panel in axes[-1]:
         panel.set_xlabel("r, m")
     for panel in axes[:, 0]:
@@ -173,6 +184,8 @@ def _headline(case: dict[str, Any], summary: Any) -> str:
         answer = "unfinished run"
     elif summary.impact_velocity is not None:
         answer = f"impact at {summary.impact_velocity:.3f} m/s, free fall {summary.free_fall_velocity:.3f} m/s"
+    elif summary.rebound_velocity is not None:
+        answer = f"rebound at {summary.rebound_velocity:.3f} m/s, lowest at {summary.lowest_height:.4g} m"
     else:
         answer = f"{summary.outcome.replace('_', ' ')}, no impact"
     return f"{case['title']}\n{answer}"

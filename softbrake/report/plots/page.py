@@ -111,11 +111,11 @@ def drop_charts(case: dict[str, Any], history: NDArray[Any], summary: Summary | 
         speed,
         lambda axes: panels.draw_height(axes, history),
         lambda axes: panels.draw_deceleration(axes, case, history),
-        lambda axes: panels.draw_pressure(axes, history),
-        lambda axes: panels.draw_energy(axes, history),
     ]
+    drawings += panels.gas_panels(history, summary) or [lambda axes: panels.draw_pressure(axes, history)]
     if case["model"]["fidelity"] != "lumped":
-        drawings.insert(4, lambda axes: panels.draw_tensions(axes, case, history, 1e3, "kN/m"))
+        drawings.append(lambda axes: panels.draw_tensions(axes, case, history, 1e3, "kN/m"))
+    drawings.append(lambda axes: panels.draw_energy(axes, history))
     return [_chart(draw, "time, ms") for draw in drawings]
 
 
@@ -199,11 +199,12 @@ def _figure(width: float, height: float) -> Iterator[Figure]:
 
 
 def _chart(draw: Callable[[Axes], None], x_label: str) -> Figure:
-    """A small chart with 0 in sight, its key above it; its title and unit are the label of the figure, for a caption."""
+    """A small chart with 0 in sight but in one of K, its key above it; its title and unit are the label of the figure."""
     with _figure(WIDTH, HEIGHT) as figure:
         axes = figure.add_axes((0.0, 0.0, 1.0, 1.0))
         draw(axes)
         figure.set_label(f"{axes.get_title(loc='left')}, {axes.get_ylabel()}")
+        zero = axes.get_ylabel() != "K"
         axes.set(title="", ylabel="")
         axes.set_xlim(*_span(np.concatenate([np.asarray(line.get_xdata(), float) for line in axes.lines])))
         curves = [line for line in axes.lines if line.get_linestyle() != "None"]
@@ -212,7 +213,8 @@ def _chart(draw: Callable[[Axes], None], x_label: str) -> Figure:
         names = axes.get_legend_handles_labels()[1]
         for dash, line in zip(DASHES, (line for line in curves if line.get_label() in names), strict=False):
             line.set_linestyle(dash)
-        axes.axhline(0.0, color=SOFT, linewidth=1.0, zorder=0)
+        if zero:
+            axes.axhline(0.0, color=SOFT, linewidth=1.0, zorder=0)
         axes.set_xlabel(x_label, loc="right")
         lines = -(-len(names) // KEYS_A_LINE) if len(names) > 1 else 0
         if lines:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -18,6 +18,7 @@ from softbrake.sim.summary import Summary
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
+ALIKE = 0.02  # of the way of the cover: lowest places no further apart are alike
 SPACE = "   "  # between time and speed of a caption
 
 
@@ -31,6 +32,10 @@ def draw_speed(axes: Axes, case: dict[str, Any], history: NDArray[Any], summary:
     axes.plot(falling * 1e3, start + gravity * falling, color=GREY, linestyle="--", label="free fall")
     if summary is not None and summary.impact_velocity is not None and summary.impact_time is not None:
         axes.plot([summary.impact_time * 1e3], [summary.impact_velocity], "o", color=RED, label="impact", clip_on=False)
+    if summary is not None and summary.rest_time is not None and summary.rest_time < summary.end_time:
+        axes.plot([summary.rest_time * 1e3], [0.0], "o", color=GREEN, label="first at rest", clip_on=False)
+    if summary is not None and summary.rebound_velocity is not None:
+        axes.plot([summary.end_time * 1e3], [-summary.rebound_velocity], "o", color=RED, label="rebound", clip_on=False)
     axes.set(title="Speed of the cargo, downwards", ylabel="m/s")
 
 
@@ -54,6 +59,47 @@ def draw_pressure(axes: Axes, history: NDArray[Any]) -> None:
     """Pressure of the gas."""
     axes.plot(history["time"] * 1e3, history["pressure"] * 1e-3, color=ORANGE)
     axes.set(title="Pressure", ylabel="kPa")
+
+
+def draw_gauge_pressure(axes: Axes, history: NDArray[Any], summary: Summary | None) -> None:
+    """Pressure of a gas with a state, with what it is where vents first open."""
+    time, pressure = history["time"] * 1e3, history["pressure"] * 1e-3
+    opened = [when * 1e3 for when in (() if summary is None else summary.vent_opening_times or ()) if when]
+    axes.plot(time, pressure, color=ORANGE, label="pressure" if opened else None)
+    if opened:
+        axes.plot(opened, np.interp(opened, time, pressure), "o", color=RED, label="vent opens")
+    axes.set(title="Pressure of the gas, gauge", ylabel="kPa")
+
+
+def draw_temperature(axes: Axes, history: NDArray[Any]) -> None:
+    """Temperature of the gas."""
+    axes.plot(history["time"] * 1e3, history["temperature"], color=RED)
+    axes.set(title="Temperature of the gas", ylabel="K")
+
+
+def draw_gas_mass(axes: Axes, history: NDArray[Any]) -> None:
+    """Mass of the gas in the shell."""
+    axes.plot(history["time"] * 1e3, history["gas_mass"], color=BLUE)
+    axes.set(title="Mass of the gas", ylabel="kg")
+
+
+def draw_vent_flow(axes: Axes, history: NDArray[Any]) -> None:
+    """What flows out through vents and wall."""
+    axes.plot(history["time"] * 1e3, history["vent_flow"], color=GREEN)
+    axes.set(title="Flow out through vents and wall", ylabel="kg/s")
+
+
+def gas_panels(history: NDArray[Any], summary: Summary | None) -> list[Callable[[Axes], None]]:
+    """What draws the courses of a gas with a state; of a pressure law none, of a closed bag no mass and no flow."""
+    if "temperature" not in (history.dtype.names or ()):
+        return []
+    drawings: list[Callable[[Axes], None]] = [
+        lambda axes: draw_gauge_pressure(axes, history, summary),
+        lambda axes: draw_temperature(axes, history),
+    ]
+    if np.ptp(history["gas_mass"]) > 0.0:
+        drawings += [lambda axes: draw_gas_mass(axes, history), lambda axes: draw_vent_flow(axes, history)]
+    return drawings
 
 
 def draw_tensions(axes: Axes, case: dict[str, Any], history: NDArray[Any], scale: float, unit: str) -> None:
@@ -100,15 +146,35 @@ def draw_energy(axes: Axes, history: NDArray[Any]) -> None:
 
 
 def moments(shots: Snapshots, count: int) -> list[int]:
-    """Indices of at most `count` snapshots, evenly spaced in time, first and last among them; none that a divergence spoilt."""
+    """Indices of at most `count` snapshots, the first, the last and the one of the lowest cover among them, of 3 and more.
+
+    On both sides of the lowest they are evenly spaced in time. Of strokes alike the first is the lowest. None is one that a
+    divergence spoilt.
+    """
     sound = np.flatnonzero(np.isfinite(shots.xyz).all(axis=(1, 2, 3)))
-    times = shots.times[sound]
-    return sorted({int(sound[np.argmin(np.abs(times - time))]) for time in np.linspace(times[0], times[-1], count)})
+    times, height = shots.times[sound], shots.height[sound]
+    near = int(np.argmax(height <= height.min() + ALIKE * np.ptp(height)))
+    up = np.flatnonzero(np.diff(height[near:]) > 0.0)
+    lowest = near + int(up[0]) if up.size else len(sound) - 1
+    wanted = np.linspace(times[0], times[-1], count)
+    if 0 < lowest < len(sound) - 1 and count > 2:
+        share = (times[lowest] - times[0]) / (times[-1] - times[0])
+        down = min(max(round((count - 1) * share), 1), count - 2)
+        wanted = np.append(
+            np.linspace(times[0], times[lowest], down, endpoint=False), np.linspace(times[lowest], times[-1], count - down)
+        )
+    return sorted({int(sound[np.argmin(np.abs(times - time))]) for time in wanted})
 
 
 def when(shots: Snapshots, shot: int) -> str:
-    """Time and downward speed of a snapshot."""
-    return f"{shots.times[shot] * 1e3:.1f} ms{SPACE}{round(-shots.velocity[shot], 2) + 0.0:.2f} m/s"
+    """Time and speed of a snapshot."""
+    return f"{shots.times[shot] * 1e3:.1f} ms{SPACE}{speed(shots, shot)}"
+
+
+def speed(shots: Snapshots, shot: int) -> str:
+    """Speed of the cargo in a snapshot, downwards unless it says otherwise."""
+    down = round(-shots.velocity[shot], 2) + 0.0
+    return f"{-down:.2f} m/s up" if down < 0.0 else f"{down:.2f} m/s"
 
 
 def cut(shots: Snapshots, shot: int) -> list[tuple[NDArray[Any], NDArray[Any]]]:

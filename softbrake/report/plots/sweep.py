@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from softbrake.case.units import STANDARD_GRAVITY
 from softbrake.report.plots.style import BLUE, GREEN, GREY, INK, ORANGE, RED, STYLE, PlotError, load_matplotlib, save
 from softbrake.report.results_csv import PEAKS, Row
+from softbrake.report.words import stops
 from softbrake.studies.axes import Axis
 from softbrake.studies.sweep import Plan
 
@@ -94,9 +95,9 @@ class Scale:
 
 
 def _column(table: Sequence[Row], name: str, unit: float = 1.0) -> NDArray[Any]:
-    """An answer of each run, NaN where there is none; the impact velocity of a cargo that stops above the ground is zero."""
-    zero = {"stopped"} if name == "impact_velocity" else set()
-    values = [None if row["fault"] else 0.0 if row["outcome"] in zero else row.get(name) for row in table]
+    """An answer of each run, NaN where there is none; the impact velocity of a cargo that turns above the ground is zero."""
+    zero = [name == "impact_velocity" and stops(row["outcome"], row.get("rest_time")) for row in table]
+    values = [None if row["fault"] else 0.0 if none else row.get(name) for none, row in zip(zero, table, strict=True)]
     return np.array([np.nan if value is None else value * unit for value in values], float)
 
 
@@ -124,7 +125,7 @@ def _curves(mpl: Any, scale: Scale, table: Sequence[Row], words: Scale | None = 
             for panel, values in zip(panels, (impact, braking, _column(table, PEAKS[2], 1e-3)), strict=True):
                 _line(panel, scale, values, words.at == number, colour, "")
             panels[0].plot([], [], color=colour, label=word)
-    stopped = np.array([row["outcome"] == "stopped" for row in table])
+    stopped = np.array([stops(row["outcome"], row.get("rest_time")) for row in table])
     if stopped.any():
         panels[0].plot(scale.at[stopped], impact[stopped], "o", color=INK, fillstyle="none", label="stops above the ground")
     if stopped.any() or words is not None:
