@@ -80,7 +80,7 @@ def print_feasible(problem: DesignProblem, found: DesignFound, console: Console 
     lines = []
     for k, bound in enumerate(problem.bounds):
         error, margin = found.errors[k], margin_in_words(found.margins[k], 1) if found.claimed(k) else "none"
-        lines.append([str(bound), bound.answer(found.summary), margin, "–" if error is None else f"± {100 * error:.2g}%"])
+        lines.append([str(bound), bound.answer(found.summary), margin, "–" if error is None else f"± {error:.1%}"])
     print_columns(console, BOUNDS, lines)
     console.print()
     console.print(f"error: {found.basis}")
