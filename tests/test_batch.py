@@ -57,6 +57,13 @@ def test_a_fault_costs_only_itself(paper: Path) -> None:
     assert fault.fault == str(alone.value)
 
 
+def test_a_shell_that_is_not_inflated_costs_only_itself(paper: Path) -> None:
+    sound = load_case(paper, COARSE)
+    first, fault, third = run_batch([sound, load_case(paper, [*COARSE, *BURSTING, "initial=inflated"]), sound])
+    assert first.summary is not None and timeless(first.summary) == timeless(third.summary)
+    assert fault.summary is None and fault.fault is not None and fault.fault.startswith("not inflated: ")
+
+
 def test_a_case_with_a_tolerance_is_climbed(paper: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     summary = softbrake.run(load_case(paper, COARSE))
     monkeypatch.setattr(batch, "refine", lambda case, tolerance: Refined(case, replace(summary, impact_velocity_error=tolerance)))
