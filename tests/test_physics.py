@@ -455,8 +455,10 @@ def test_printed_scheme_agrees_with_the_edge_scheme_while_it_lasts() -> None:
 # 1e-15, so other orders of rounding stay far below 1e-9; any change of the equations does not.
 AT_20_MS = {
     "airdrop": 7.849371176385453,
+    "airdrop-vented": 8.383806505715286,
     "belts-list": 5.665624288778132,
     "free-fall": 6.19613300000004,
+    "mars": 10.987013025145785,
     "moduli-sweep": 5.616185134182927,
     "no-belts": 5.650497222905332,
     "paper": 5.685530861023098,
@@ -471,7 +473,8 @@ def test_configs_give_the_stored_velocities(config: str) -> None:
     falling = drop("time.end=20 ms", config=config)
     _, outcome = finish(falling)
     assert outcome == Outcome.TIME_LIMIT
-    assert -falling.now(History.VELOCITY) == pytest.approx(AT_20_MS[config], rel=1e-9)
+    rounding = 1e-7 if falling.case.initial == "inflated" else 1e-9  # where rest is found to a tolerance
+    assert -falling.now(History.VELOCITY) == pytest.approx(AT_20_MS[config], rel=rounding)
 
 
 @pytest.mark.slow
