@@ -538,7 +538,7 @@ class ByColumn(NamedTuple):
     impulse: Floats  # N s, of the ground on the fabric of all rows so far
     on_ground: Floats  # m^2, of the fabric on the ground
     on_cargo: Floats  # N s, of the fabric on cover and cargo, upwards
-    flux: Floats  # m^3, of the places at n through the area vectors, for the volume
+    flux: Floats  # m^3, of the places at n+1 through the area vectors at n, for the volume
     swept: Floats  # m^3/s, of the velocities at n+1/2 through them
     free: Floats  # m^2, of the wall that lies on nothing
     rate: Floats  # scratch between steps

@@ -64,9 +64,9 @@ def take_step(model, state, workspace, meeting):
             if meeting:
                 resolve_contact(model, state, workspace, step, touching)  # (2.5)
             height = push_cover_row(model, state, workspace, step, at)  # (2.4), (3.4)
-        add_row_work(model, state.work, workspace, at, wrinkled_below, dt)
         if model.gas.exponent > 0.0:
-            add_flux(state.nodes, workspace.area, workspace.by_column, at.node, step.length, model.n2)
+            add_flux(state.nodes, workspace.area, workspace.by_column, at.node, model.n2)
+        add_row_work(model, state.work, workspace, at, wrinkled_below, dt)
     if model.gas.exponent > 0.0:
         update_volume(model, state, workspace, step, meeting)
     return height

@@ -38,13 +38,12 @@ def shell_volume(model, nodes, sums):
 
 
 @kernel
-def add_flux(nodes, area, by_column, node, length, columns):
-    """Add what a row of nodes that has moved had of the volume before the step (s), and of its rate. Writes by_column."""
+def add_flux(nodes, area, by_column, node, columns):
+    """Add the flux of the places and velocities of a row that has moved, through its area vectors before. Writes by_column."""
     for j in range(lanes(columns)):
         a, b = node + j, FIRST + j
-        rate = nodes.u[a] * area.x[b] + nodes.v[a] * area.y[b] + nodes.w[a] * area.z[b]
-        by_column.flux[j] += nodes.x[a] * area.x[b] + nodes.y[a] * area.y[b] + nodes.z[a] * area.z[b] - length * rate
-        by_column.swept[j] += rate
+        by_column.flux[j] += nodes.x[a] * area.x[b] + nodes.y[a] * area.y[b] + nodes.z[a] * area.z[b]
+        by_column.swept[j] += nodes.u[a] * area.x[b] + nodes.v[a] * area.y[b] + nodes.w[a] * area.z[b]
 
 
 @kernel
@@ -54,9 +53,10 @@ def next_volume(model, chamber, by_column, height, velocity, length):
     height, velocity: of the cover at its start (m), and over it (m/s). Reads by_column. Writes chamber.
     """
     whole, n2, arcs, cover = model.hoop.whole, model.n2, model.hoop.gas, model.cover_area
-    volume = whole * (arcs * total(by_column.flux, n2) + cover * height) / 3.0
+    swept = total(by_column.swept, n2)
+    volume = whole * (arcs * (total(by_column.flux, n2) - length * swept) + cover * height) / 3.0
     if chamber[GasState.EXPECTED_AFTER] > 0.0:
         chamber[GasState.CURVATURE] = (volume - chamber[GasState.EXPECTED_VOLUME]) / chamber[GasState.EXPECTED_AFTER] ** 2
-    chamber[GasState.EXPECTED_VOLUME] = volume + length * whole * (arcs * total(by_column.swept, n2) + cover * velocity)
+    chamber[GasState.EXPECTED_VOLUME] = volume + length * whole * (arcs * swept + cover * velocity)
     chamber[GasState.EXPECTED_AFTER] = length
     return chamber[GasState.EXPECTED_VOLUME] + chamber[GasState.CURVATURE] * length * length
