@@ -348,6 +348,15 @@ def test_relief_valve_opens_again_and_again() -> None:
     assert drop.finish(outcome).peak_pressure == pytest.approx(60e3, rel=1e-9)
 
 
+@pytest.mark.parametrize("closes", [59.9e3, 59.99e3, 59.999e3])
+def test_relief_valve_that_falls_below_both_thresholds_in_a_step_closes(closes: float) -> None:
+    """However near they are: what leaves within one step takes the pressure below that of closing."""
+    vents = orifice(0.03, 0.6, opens={"pressure": 60e3}, closes={"pressure": closes})
+    wide = orifice(0.03, 0.6, opens={"pressure": 60e3}, closes={"pressure": 59.5e3})
+    near, far = (drop_to(0.5, "S2", vents=valve) for valve in (vents, wide))
+    assert near.now(History.GAS_MASS) == pytest.approx(far.now(History.GAS_MASS), rel=0.02)
+
+
 @pytest.mark.parametrize(("suction", "height", "velocity"), [(True, 0.609916, 1.62631), (False, 0.621103, 2.27502)])
 def test_a_limp_wall_holds_no_suction(suction: bool, height: float, velocity: float) -> None:
     """The vent shut at 0.4 m: a rigid cylinder sucks the cargo back below ambient pressure, a limp wall lets it go."""
@@ -580,6 +589,16 @@ def test_a_run_to_full_stop_and_one_to_lift_off() -> None:
         names = ("peak_deceleration", "peak_pressure", "peak_temperature")
         assert [getattr(stopped, name) for name in names] == pytest.approx([getattr(risen, name) for name in names], rel=1e-5)
     assert risen.outcome == "time_limit"
+
+
+def test_a_stroke_of_less_than_a_step_ends_at_lift_off() -> None:
+    """A light cargo on a strong bag: down and up again, half as long each as its velocity over its deceleration."""
+    drop = Simulation(gas_case("S2", cargo={"mass": 0.5, "velocity": 0.5}))
+    found = drop.finish(finish(drop)[1])
+    assert (found.outcome, found.steps) == ("rebound", 1)
+    assert found.rebound_velocity == pytest.approx(0.5, rel=1e-6)
+    assert found.end_time == pytest.approx(2.0 * found.rest_time, rel=1e-6)
+    assert found.end_time == pytest.approx(2.0 * 0.5 / found.peak_deceleration, rel=1e-6)
 
 
 def test_a_second_stroke_is_in_the_answer() -> None:

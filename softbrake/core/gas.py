@@ -304,7 +304,8 @@ def switch_vents(gas, chamber, vents, peaks, length, height, reached):
         shuts = falls_to(high, low, vent[VentConstant.CLOSES_AT_HEIGHT])
         if vents[k, VentState.OPEN] > 0.0:
             level = vent[VentConstant.CLOSES_AT_PRESSURE]
-            closes = falls_to(before, after, level) if before > level else inf
+            been_above = before > level or vent[VentConstant.OPENS_AT_PRESSURE] < inf  # when it opened, maybe within one step
+            closes = falls_to(before, after, level) if been_above else inf
             if min(shuts, closes) <= 1.0:
                 switched = True
                 vents[k, VentState.OPEN], vents[k, VentState.SHARE] = 0.0, min(shuts, closes)

@@ -62,7 +62,7 @@ def end_step(model, state, length, height):
         state.motion[Motion.REST_TIME] = min(state.motion[Motion.REST_TIME], now[History.TIME] + within)
         if model.after != After.STOP:
             within, outcome = length, Outcome.RUNNING
-    elif outcome == Outcome.RUNNING and height >= model.height > before:
+    if outcome == Outcome.RUNNING and height >= model.height and (model.height > before or velocity < 0.0):
         within, outcome = rises_to(model.height - before, velocity, acceleration), Outcome.REBOUND
     elif outcome == Outcome.RUNNING and model.after == After.TOP and velocity > 0.0 >= velocity + length * acceleration:
         within, outcome = -velocity / acceleration, Outcome.STOPPED
@@ -142,9 +142,9 @@ def event_time(height, velocity, acceleration, step):
 
 @kernel
 def rises_to(distance, velocity, acceleration):
-    """Return when within a step (s) the cover has risen by a distance (m): the motion as in event_time."""
+    """Return when within a step (s) the cover has risen by a distance (m), from below: the motion as in event_time."""
     root = sqrt(max(velocity * velocity + 2.0 * acceleration * distance, 0.0))
-    return 2.0 * distance / (velocity + root)
+    return (root - velocity) / acceleration if velocity < 0.0 else 2.0 * distance / (velocity + root)
 
 
 @kernel
