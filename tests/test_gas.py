@@ -368,6 +368,17 @@ def test_a_limp_wall_holds_no_suction(suction: bool, height: float, velocity: fl
     assert (abs(drop.now(History.VELOCITY) - velocity) < 1e-5) == (not suction)
 
 
+def test_flow_of_the_history_has_what_comes_in() -> None:
+    """A cargo thrown up on a bag that has lost gas, and draws it in again, to what inflow of first order is off."""
+    drop = Simulation(gas_case("S2", cargo={"mass": 300.0}, vents=orifice(0.03, 0.6, inflow="allowed"), gas={"pressure": 3e3}))
+    rows, _ = finish(drop)
+    flow, mass = rows[:, History.VENT_FLOW], rows[:, History.GAS_MASS]
+    assert drop.state.gas[GasState.FILLED] > 0.1 and flow.min() < 0.0 < flow.max()
+    inwards, time = np.maximum(-flow, 0.0), rows[:, History.TIME]
+    assert np.trapezoid(inwards, time) == pytest.approx(drop.state.gas[GasState.FILLED], rel=5e-3)
+    assert np.trapezoid(flow, time) == pytest.approx(mass[0] - mass[-1], abs=5e-3 * drop.state.gas[GasState.FILLED])
+
+
 def test_inflator_into_a_rigid_volume() -> None:
     """60 l of air, fed with hot air for 40 ms, vented from 50 ms: pressure and temperature at four times, order."""
     published = {0.005: (125437.441,), 0.02: (270112.088,), 0.04: (366561.852, 554.220857), 0.15: (218841.143, 478.274955)}

@@ -214,3 +214,11 @@ def test_command(softbrake: Command, paper: Path, tmp_path: Path) -> None:
     assert failed.returncode == 1
     assert "not inflated" in failed.stderr
     assert not (tmp_path / "burst.vtkhdf").exists()
+
+
+def test_file_of_a_gas_holds_what_a_drop_starts_with(tmp_path: Path) -> None:
+    gas = case("model.fidelity=axisymmetric", "grid={generatrix: 12, hoop: 24}", config="airdrop-vented")
+    inflate(gas, tmp_path / "inflated.vtkhdf")
+    history, drop = softbrake.read_result(tmp_path / "inflated.vtkhdf").history, Simulation(gas)
+    for column in (History.PRESSURE, History.TEMPERATURE, History.GAS_MASS, History.VOLUME, History.GAS_ENERGY):
+        assert history[column.name.lower()] == pytest.approx(drop.now(column), rel=1e-9)

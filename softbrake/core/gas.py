@@ -31,12 +31,6 @@ NEAR_ONE = 1e-3  # distance within which five terms of the series are exact to r
 
 
 @kernel
-def pressure_of(gas, free, volume):
-    """Return the absolute pressure (Pa) of a free volume in a volume (m^3)."""
-    return gas.ambient_pressure * (free / volume) ** gas.exponent if free > volume else gas.ambient_pressure
-
-
-@kernel
 def pressure_after(gas, pressure, before, after):
     """Return the absolute pressure (Pa) of a gas whose free volume over its volume goes from one ratio to another."""
     if after <= 1.0:
@@ -112,7 +106,9 @@ def record_gas(gas, chamber, vents, now, peaks):
     if gas.closed == 0:
         for k in range(vents.shape[0]):
             vents[k, VentState.SHARE] = vents[k, VentState.OPEN]
-        now[History.VENT_FLOW] = outflow(gas, chamber, vents, mass, chamber[GasState.FREE_VOLUME], volume)
+        now[History.VENT_FLOW] = outflow(gas, chamber, vents, mass, chamber[GasState.FREE_VOLUME], volume) - inflow(
+            gas, chamber, vents
+        )
     raise_peak(peaks, Peak.PRESSURE, now[History.PRESSURE], now[History.TIME], 0.0)
     raise_peak(peaks, Peak.TEMPERATURE, now[History.TEMPERATURE], now[History.TIME], 0.0)
 
@@ -211,18 +207,30 @@ def fill(gas, chamber, now, mass, temperature):
 
 @kernel
 def draw_in(gas, chamber, vents, now, length):
-    """Let ambient gas into a limp shell, as into one that holds its volume by itself. Writes chamber, vents; now."""
+    """Let ambient gas into a limp shell. Writes chamber; now."""
+    mass = length * inflow(gas, chamber, vents)
+    if mass > 0.0:
+        missing = (chamber[GasState.VOLUME] - chamber[GasState.FREE_VOLUME]) * ambient_density(gas)
+        fill(gas, chamber, now, min(mass, missing), gas.ambient_temperature)
+
+
+@kernel
+def ambient_density(gas):
+    """Return the density of the ambient gas (kg/m^3)."""
+    return gas.ambient_pressure / (gas.gas_constant * gas.ambient_temperature)
+
+
+@kernel
+def inflow(gas, chamber, vents):
+    """Return what flows into a limp shell (kg/s) through vents, as into one that holds its volume by itself."""
     volume, free, area = chamber[GasState.VOLUME], chamber[GasState.FREE_VOLUME], 0.0
     if free >= volume:
-        return
+        return 0.0
     ratio = (free / volume) ** gas.exponent  # inside over ambient pressure, if the wall were stiff
     for k in range(vents.shape[0]):
         if gas.vents[k, VentConstant.INFLOW] > 0.0:
             area += vents[k, VentState.SHARE] * gas.vents[k, VentConstant.AREA] * coefficient(gas, k, ratio)
-    if area > 0.0:
-        thick = gas.ambient_pressure / (gas.gas_constant * gas.ambient_temperature)
-        mass = length * area * nozzle(gas, gas.ambient_pressure, thick, ratio, free / volume)
-        fill(gas, chamber, now, min(mass, (volume - free) * thick), gas.ambient_temperature)
+    return area * nozzle(gas, gas.ambient_pressure, ambient_density(gas), ratio, free / volume)
 
 
 @kernel

@@ -67,11 +67,26 @@ def inflate(case: Case, results: str | Path | None = None, tolerance: float = TO
     )
     if results is None:
         return answer
+    gas, now = case.gas, drop.state.now
+    if gas is not None:  # the shell was inflated by a law
+        absolute = case.ambient.pressure + pressure
+        now[History.VOLUME], now[History.TEMPERATURE] = answer.volume, gas.temperature
+        now[History.GAS_MASS] = absolute * answer.volume / (gas.gas_constant * gas.temperature)
+        now[History.GAS_ENERGY] = absolute * answer.volume / (gas.gamma - 1.0)
     try:
         with ResultFile.create(Path(results), case, version=__version__, source_hash=hash_sources(PACKAGE)) as file:
-            file.add_history(drop.state.now[None, :])
+            file.add_history(now[None, :])
             fields["velocity"] = np.zeros_like(xyz)
-            file.add_snapshot(0.0, xyz, fields, height=answer.height, velocity=0.0, pressure=pressure)
+            file.add_snapshot(
+                0.0,
+                xyz,
+                fields,
+                height=answer.height,
+                velocity=0.0,
+                pressure=pressure,
+                temperature=drop.now(History.TEMPERATURE),
+                mass=drop.now(History.GAS_MASS),
+            )
             return file.write_inflation(answer)
     except ResultError as error:
         return replace(answer, results_fault=str(error))
