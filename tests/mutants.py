@@ -189,6 +189,20 @@ MUTANTS = (
         "    return inf\n",
         (f"{GAS}::test_leaking_bag_pressed_flat",),
     ),
+    Mutant(
+        "a wall that leaks where it lies",
+        "core/contact/obstacles.py",
+        "        if not (on_ground(obstacles, z) or on_cover_or_cargo(obstacles, step, x, y, z)):\n",
+        "        if True:\n",
+        ("test_gas_shell.py::test_wall_leaks_where_it_lies_on_nothing",),
+    ),
+    Mutant(
+        "half cells at the covers that do not leak",
+        "core/loop/meridian.py",
+        "        halves = 0.5 * (meridian.free[0]",
+        "        halves = 0.0 * (meridian.free[0]",
+        ("test_gas_shell.py::test_wall_leaks_where_it_lies_on_nothing",),
+    ),
 )
 
 

@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 from exact import Floats
 from gas_scenes import AMBIENT, GRAVITY, finish, gas_case, keeps, orifice
+from naive_gas import mass_flux
 from test_gas import fitted_order, full_stop
 
 from benchmarks.gas import Found
@@ -267,6 +268,25 @@ def test_light_wall_tends_to_one_without_mass() -> None:
 
 
 # --- hard presses, rebound -------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("fidelity", ["axisymmetric", "full"])
+def test_wall_leaks_where_it_lies_on_nothing(fidelity: str) -> None:
+    """All of a stiff cylinder, whose first outflow is that of an orifice; of a soft one pressed to half no more than is left."""
+    stiff = Simulation(shell_case(24, 48, fidelity, "S1", fabric={"E": "100 MN/m"}, leakage=0.004))
+    stiff.advance(most=2)
+    wall = pi * 0.4 * 0.3
+    assert stiff.state.gas[GasState.FREE_AREA] == pytest.approx(wall, rel=1e-4)
+    flux = mass_flux(AMBIENT + stiff.now(History.PRESSURE), stiff.now(History.TEMPERATURE), AMBIENT, 1.4, 287.05287)
+    assert stiff.now(History.VENT_FLOW) == pytest.approx(0.004 * wall * flux, rel=1e-3)
+    soft = Simulation(shell_case(24, 48, fidelity, leakage=0.004))
+    soft.advance(most=2)
+    begun = soft.state.gas[GasState.FREE_AREA]
+    while soft.now(History.HEIGHT) > 0.5 * LENGTH:
+        soft.advance(most=20)
+    lying = soft.now(History.GROUND_AREA) - pi * 0.25**2
+    assert 0.03 < lying < 0.05
+    assert soft.state.gas[GasState.FREE_AREA] < begun - 2.0 * lying  # as much lies at the cargo's side, and the wall is longer
 
 
 def test_shell_pressed_to_a_fiftieth_of_its_volume() -> None:

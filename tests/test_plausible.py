@@ -101,9 +101,10 @@ def test_check_says_gas_in_the_units_of_the_file_and_what_follows() -> None:
     code, told, errors = invoke("check", *BAG, "gas.temperature=20 degC", "leakage=0.4 %", "ambient.pressure=1 bar")
     assert (code, errors) == (0, "")
     for line in (
-        "  gas                 adiabatic, pressure 15.7 kPa, temperature 293.15 K, gamma 1.4, gas_constant 287.053 J/kg/K\n",
+        "  gas                 adiabatic, pressure 15.7 kPa, temperature 293.15 K\n",
+        "                      gamma 1.4, gas_constant 287.053 J/kg/K\n",
         "                      115700 Pa absolute, 0.162 kg in the unloaded cylinder\n",  # p V/(R T)
-        "                      speed of sound 343.2 m/s, choked below a pressure ratio of 0.5283\n",
+        "                      speed of sound 343.2 m/s, choked below a ratio of 0.5283\n",
         "  ambient             pressure 1 bar, temperature 288.15 K\n",
         "  vents               area 10 cm^2, discharge 0.6\n",
         "  leakage             0.4 %\n",
@@ -117,7 +118,8 @@ def test_check_says_gas_in_the_units_of_the_file_and_what_follows() -> None:
     told = invoke("check", *BAG, table, *events)[1]
     assert "area 10 cm^2, discharge 0.5 to 1, opens at 40 cm, closes at 2 psi, lets ambient gas in\n" in told
     told = invoke("check", "gas={pressure: 1 kPa, process: polytropic, exponent: 1.2, name: helium}")[1]
-    assert "polytropic, pressure 1 kPa, temperature 288.15 K, gamma 1.66667, gas_constant 2077.26 J/kg/K, exponent 1.2\n" in told
+    assert "polytropic, pressure 1 kPa, temperature 288.15 K\n" in told
+    assert "gamma 1.66667, gas_constant 2077.26 J/kg/K, exponent 1.2\n" in told
     cloth = ("permeability={linear: 2e-5 m/s/Pa, quadratic: -1e-10}",)
     assert "  permeability        linear 2e-05 m/s/Pa, quadratic -1e-10 m/s/Pa^2\n" in invoke("check", *BAG, *cloth)[1]
     assert "  without effect      ambient\n" in invoke("check", "ambient.altitude=3 km")[1]
@@ -134,7 +136,7 @@ def test_figures_of_a_bag() -> None:
     assert figures(limp)[FILLED] == -limp.gravity
     there, back = (foreseen(load_case(PAPER, [*changes, "time.end=1 s"])) for changes in ((), BAG))
     assert there is not None and back is not None
-    assert back.steps == pytest.approx(2 * there.steps, abs=1)
+    assert back.steps == pytest.approx(there.steps * 1.0 / 0.2, abs=5)  # to time.end, for a stroke of 0.6 m at 3 m/s
 
 
 def test_absurd_values_are_named_by_every_command_that_runs(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

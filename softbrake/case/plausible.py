@@ -70,7 +70,7 @@ FOLDED = 2.0  # times as long with folds in contact
 class Foreseen(NamedTuple):
     """What a run takes, as far as the case says."""
 
-    steps: int  # at most, of a drop that comes to rest by the end of its stroke, and comes back as fast
+    steps: int  # at most: to the end of a stroke that brings the cargo to rest, or to time.end where a rebound is followed
     seconds: float  # of CPU
     memory: int  # bytes
 
@@ -117,8 +117,8 @@ def foreseen(case: Case, results: bool = True) -> Foreseen | None:
     rows, columns = case.grid.generatrix + 1, case.grid.hoop
     computed = rows * (1 if case.model.fidelity in ONE_COLUMN else columns)
     folds = "folds" in case.contact and case.model.fidelity != "lumped"
-    strokes = 2 if case.time.after == "rebound" else 1  # down, and up again
-    duration = min(case.time.end, strokes * 2 * case.shell.height / case.cargo.velocity)
+    stroke = 2 * case.shell.height / case.cargo.velocity
+    duration = case.time.end if case.time.after == "rebound" else min(case.time.end, stroke)
     steps = math.ceil(duration / _step(case))
     pace = PACE[case.model.fidelity] * (FOLDED if folds else 1.0)
     state = STATE_FOLDS if folds else STATE_BELTS if "belts" in case.contact else STATE

@@ -73,9 +73,10 @@ def _gas(opened: CaseFile) -> list[tuple[str, str]]:
     mass = unloaded_mass(case, gas)
     names = ["pressure", "temperature", "gamma", "gas_constant", *["exponent"] * (gas.process == "polytropic")]
     lines = [
-        ("gas", f"{gas.process}, {_values(opened, *(f'gas.{name}' for name in names))}"),
+        ("gas", f"{gas.process}, {_values(opened, *(f'gas.{name}' for name in names[:2]))}"),
+        ("", _values(opened, *(f"gas.{name}" for name in names[2:]))),
         ("", f"{case.ambient.pressure + gas.pressure:.6g} Pa absolute, {mass:.4g} kg in the unloaded cylinder"),
-        ("", f"speed of sound {gas.speed_of_sound:.4g} m/s, choked below a pressure ratio of {gas.choking_ratio:.4g}"),
+        ("", f"speed of sound {gas.speed_of_sound:.4g} m/s, choked below a ratio of {gas.choking_ratio:.4g}"),
         ("ambient", _values(opened, "ambient.pressure", "ambient.temperature")),
     ]
     lines += [("vents" if number == 0 else "", _vent(opened, number)) for number in range(len(case.vents))]

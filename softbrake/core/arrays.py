@@ -35,7 +35,7 @@ class After(IntEnum):
     """Whether a run goes on where the cargo stands still."""
 
     STOP = 0
-    TOP = 1  # until it leaves the ground, or turns back on its way up: of a gas without ways in and out nothing lower follows
+    TOP = 1  # until it leaves the ground, or turns back on its way up: a gas without ways in and out has less to give then
     REBOUND = 2  # until it leaves the ground
 
 

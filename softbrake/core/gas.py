@@ -320,10 +320,13 @@ def switch_vents(gas, chamber, vents, peaks, length, height, reached):
                 again = shuts > 1.0 and vent[VentConstant.OPENS_AT_PRESSURE] < inf
                 vents[k, VentState.SHUT] = 0.0 if again else 1.0
             continue
+        if shuts <= 1.0:
+            vents[k, VentState.SHUT] = 1.0  # before it opened
+            continue
         burst = falls_to(-before, -after, -vent[VentConstant.OPENS_AT_PRESSURE])
         timed = max((vent[VentConstant.OPENS_AT_TIME] - start) / length, 0.0)
         at = min(burst, timed, falls_to(high, low, vent[VentConstant.OPENS_AT_HEIGHT]))
-        if at <= 1.0 and shuts > 1.0:
+        if at <= 1.0:
             switched = True
             vents[k, VentState.OPEN], vents[k, VentState.SHARE] = 1.0, 1.0 - at
             vents[k, VentState.OPENED_AT] = min(vents[k, VentState.OPENED_AT], start + at * length)

@@ -134,8 +134,8 @@ def on_cover_or_cargo(obstacles, step, x, y, z):
 
 
 @kernel
-def add_free_area(nodes, area, free, obstacles, step, node, place, count):
-    """Add the areas (m^2) of pushed nodes that lie on nothing to free: gas may leak there.
+def add_free_area(nodes, area, free, obstacles, step, node, place, count, part):
+    """Add a part of the areas (m^2) of pushed nodes that lie on nothing to free: gas may leak there.
 
     Reads nodes from node on, area from place on. A crease counts by its area vector, shorter than the cloth in it.
     """
@@ -143,7 +143,7 @@ def add_free_area(nodes, area, free, obstacles, step, node, place, count):
         a, b = node + j, place + j
         x, y, z = nodes.x[a], nodes.y[a], nodes.z[a]
         if not (on_ground(obstacles, z) or on_cover_or_cargo(obstacles, step, x, y, z)):
-            free[j] += sqrt(area.x[b] * area.x[b] + area.y[b] * area.y[b] + area.z[b] * area.z[b])
+            free[j] += part * sqrt(area.x[b] * area.x[b] + area.y[b] * area.y[b] + area.z[b] * area.z[b])
 
 
 @kernel

@@ -92,8 +92,9 @@ def take_step_of_meridian(model, state, meridian, dt, length):
         state.gas[GasState.NEXT_VOLUME] = volume_of_meridian(model, nodes, meridian.volume)
     if model.gas.leaks == 1:
         meridian.free[:] = 0.0
-        add_free_area(nodes, meridian.area, meridian.free, model.obstacles, step, uint64(1), FIRST + ONE, n1 - 1)
-        state.gas[GasState.FREE_AREA] = columns * sum_of(meridian.free, n1 - 1)
+        add_free_area(nodes, meridian.area, meridian.free, model.obstacles, step, uint64(1), FIRST + ONE, n1 - 1, 1.0)
+        halves = 0.5 * (meridian.free[0] + meridian.free[uint64(n1 - 2)])  # of the cells next to the covers
+        state.gas[GasState.FREE_AREA] = columns * (sum_of(meridian.free, n1 - 1) + halves)
     return height, raise_peaks(now, state.peaks, meridian, n1)
 
 

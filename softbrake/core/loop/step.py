@@ -125,7 +125,8 @@ def push_free_row(model, state, workspace, step, at, touching):
     if touching and any_above(nodes.z, nodes.w, step, at.node, n2):
         press_row(nodes, force, area, pressure, mean, work, by_column, obstacles, step, mass, at.node, at.row, n2)
     if model.gas.leaks == 1:
-        add_free_area(nodes, area, by_column.free, obstacles, step, at.node, FIRST, n2)
+        halves = 0.5 * (int(at.i == 1) + int(at.i == model.n1 - 1))  # of the cells next to the covers
+        add_free_area(nodes, area, by_column.free, obstacles, step, at.node, FIRST, n2, 1.0 + halves)
 
 
 @kernel

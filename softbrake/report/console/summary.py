@@ -67,7 +67,7 @@ def print_summary(summary: Summary, tension_scale: float | None = None, console:
 
 def _motion(summary: Summary) -> list[Line]:
     table: list[Line] = []
-    if summary.impact_velocity is not None or summary.impact_velocity_error is not None:
+    if summary.impact_velocity is not None or (summary.impact_velocity_error is not None and summary.outcome != "rebound"):
         bar = "" if summary.impact_velocity_error is None else f"± {summary.impact_velocity_error:.2g} m/s"
         when = "" if summary.impact_time is None else f"at {summary.impact_time:.5f} s"
         table.append(("impact velocity", f"{summary.impact_velocity or 0.0:.5f}", "m/s", ", ".join(filter(None, (bar, when)))))
