@@ -50,7 +50,8 @@ def openings_in_words(summary: Summary, scale: float = 1.0) -> list[tuple[str, s
     for number, when in enumerate(summary.vent_opening_times or ()):
         name, unit = f"vents.{number} opens", "s" if scale == 1.0 else "ms"
         if when is None:
-            rows.append((name, "never", ""))
+            ended = summary.outcome in ("impact", "rebound", "stopped")
+            rows.append((name, "never" if ended else f"not by {summary.end_time:.5g} s", ""))
         elif when == 0.0:
             rows.append((name, "at once", ""))
         else:

@@ -16,6 +16,7 @@ from softbrake.report.words import (
     gas_energy_rows,
     made_in_words,
     margin_in_words,
+    named,
     openings_in_words,
     outcome_in_words,
     vented_in_words,
@@ -88,7 +89,8 @@ def _motion(summary: Summary) -> list[Line]:
     if (found_peak := summary.peaks.get("peak_deceleration")) is not None:
         notes.append(when_in_words(found_peak, mean=summary.ensemble))
     bar = ("doubtful, " if summary.doubt is not None else "") + _bar(summary, "peak_deceleration", 1.0)
-    table.append(("peak deceleration, 1 kHz", f"{peak:.2f}", "m/s^2", bar + ", ".join(filter(None, notes))))
+    name = "peak deceleration" if summary.model.fidelity == "lumped" else named("peak_deceleration")
+    table.append((name, f"{peak:.2f}", "m/s^2", bar + ", ".join(filter(None, notes))))
     _add_other_peaks(table, summary, "peak_deceleration", 2, 1.0, "m/s^2")
     if summary.filtered is not None and summary.filtered.fault is not None:
         table.append((f"  CFC {summary.filtered.cfc}", "–", "", summary.filtered.fault))

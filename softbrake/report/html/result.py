@@ -108,18 +108,23 @@ def _gas(summary: Summary) -> list[Card]:
 
 
 def _braking(case: dict[str, Any], summary: Summary) -> Card:
-    """The peak of the curve on the page: behind the channel class, or where the rows do not allow that the 1 kHz one."""
+    """The peak of the curve on the page: behind the channel class, or where the rows do not allow that the one of the answer."""
     name, scale, filtered = "peak_deceleration", 1.0 / STANDARD_GRAVITY, summary.filtered
     gravity = case["gravity"] * scale
     notes = [f"net of gravity: an accelerometer reads {gravity:.3g} g more"]
-    plain = f"{summary.peak_deceleration * scale:.2f}{_bar(summary, name, scale)} g"
+    plain, lumped = f"{summary.peak_deceleration * scale:.2f}{_bar(summary, name, scale)} g", summary.model.fidelity == "lumped"
     if filtered is not None and (peak := filtered.peak_deceleration) is not None:
-        notes += [when_in_words(peak, 1e3, summary.ensemble), f"behind a one-way low-pass of 1 kHz {plain}"]
+        notes += [
+            when_in_words(peak, 1e3, summary.ensemble),
+            f"{'unfiltered' if lumped else 'behind a one-way low-pass of 1 kHz'} {plain}",
+        ]
         notes += _notes(summary, name, scale, "g", filtered=False)
         return Card(f"peak deceleration, CFC {filtered.cfc}", f"{peak.value * scale:.2f} g", notes)
     if filtered is not None and filtered.fault is not None:
         notes.append(f"CFC {filtered.cfc}: none, {filtered.fault}")
-    return Card("peak deceleration, 1 kHz", plain, [*notes, *_notes(summary, name, scale, "g")])
+    return Card(
+        "peak deceleration" if lumped else "peak deceleration, 1 kHz", plain, [*notes, *_notes(summary, name, scale, "g")]
+    )
 
 
 def _bar(summary: Summary, name: str, scale: float) -> str:
