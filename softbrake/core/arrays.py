@@ -73,7 +73,7 @@ class VentState(IntEnum):
     """Columns of `State.vents`."""
 
     OPEN = 0  # 1 or 0
-    SHARE = 1  # of the step, in which it is open
+    SHARE = 1  # of the step under way, in which it is open; OPEN between steps
     OPENED_AT = 2  # s, first; infinite before
     SHUT = 3  # 1: closed for good
 

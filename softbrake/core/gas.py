@@ -104,8 +104,6 @@ def record_gas(gas, chamber, vents, now, peaks):
     now[History.GAS_ENERGY] = pressure * filled / (gas.gamma - 1.0)
     now[History.VENT_FLOW] = 0.0
     if gas.closed == 0:
-        for k in range(vents.shape[0]):
-            vents[k, VentState.SHARE] = vents[k, VentState.OPEN]
         now[History.VENT_FLOW] = outflow(gas, chamber, vents, mass, chamber[GasState.FREE_VOLUME], volume) - inflow(
             gas, chamber, vents
         )
@@ -150,23 +148,23 @@ def exchange(gas, chamber, vents, now, peaks, length, height, volume):
     if open_in:
         fill(gas, chamber, now, integral_of_table(gas.inflow[0], gas.inflow[1], start, middle), gas.inflow_temperature)
     free, mass, old = chamber[GasState.FREE_VOLUME], chamber[GasState.MASS], chamber[GasState.VOLUME]
-    for k in range(vents.shape[0]):
-        vents[k, VentState.SHARE] = vents[k, VentState.OPEN]
     left = mass_left(gas, chamber, vents, length, volume)
     reached = pressure_after(gas, chamber[GasState.PRESSURE], free / old, free * (left / mass) / volume)
     if switch_vents(gas, chamber, vents, peaks, length, height, reached):
         left = mass_left(gas, chamber, vents, length, volume)
     half = 0.5 * (mass + left)
-    start_of, at_half, end_of = free, free * (half / mass), free * (left / mass)
-    pressure = release(gas, now, chamber[GasState.PRESSURE], start_of, at_half, old)
+    at_half, at_end = free * (half / mass), free * (left / mass)
+    pressure = release(gas, now, chamber[GasState.PRESSURE], free, at_half, old)
     chamber[GasState.VENTED] += mass - left
     chamber[GasState.MASS], chamber[GasState.PRESSURE], chamber[GasState.FREE_VOLUME] = left, pressure, at_half
     change_volume(gas, chamber, now, volume)
-    chamber[GasState.PRESSURE] = release(gas, now, chamber[GasState.PRESSURE], at_half, end_of, volume)
-    chamber[GasState.FREE_VOLUME] = end_of
+    chamber[GasState.PRESSURE] = release(gas, now, chamber[GasState.PRESSURE], at_half, at_end, volume)
+    chamber[GasState.FREE_VOLUME] = at_end
     draw_in(gas, chamber, vents, now, length)
     if open_in:
         fill(gas, chamber, now, integral_of_table(gas.inflow[0], gas.inflow[1], middle, end), gas.inflow_temperature)
+    for k in range(vents.shape[0]):
+        vents[k, VentState.SHARE] = vents[k, VentState.OPEN]
     chamber[GasState.TIME], chamber[GasState.HEIGHT] = end, height
 
 

@@ -106,6 +106,12 @@ def build_model(case: Case) -> Model:
     )
 
 
+def without_viscosity(model: Model) -> Model:
+    """Return a model whose fabric and belts are not viscous."""
+    belts = model.belts._replace(viscosity=0.0 * model.belts.viscosity)
+    return model._replace(fabric=model.fabric._replace(viscosity=0.0), belts=belts)
+
+
 def _membrane(case: Case, h1: float, h2: float) -> Membrane:
     """Constants of the tension law on cells of these edges (m)."""
     cloth = case.fabric

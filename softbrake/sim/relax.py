@@ -14,13 +14,14 @@ import numpy as np
 
 from softbrake.core.arrays import PAD, Floats, Model, Outcome, State
 from softbrake.core.columns import History
+from softbrake.core.loop.rest import LARGEST_CUT
+from softbrake.sim.build import without_viscosity
 from softbrake.sim.interrupt import held_interrupt
 
 TOLERANCE = 1e-6
 MOST_COURANT = 0.5  # most, without viscosity
 MOST_STEPS = 200_000
 STEPS_PER_LOOK = 8
-LARGEST_CUT = 0.5  # of w times the step, for a frequency that is none yet
 HEAVY = 1e12  # kg, of a cover that no force moves
 SINKING = 1e-8  # m/s, at which it is pushed: nothing ends the run of a cargo that falls
 GROWN = 10.0  # radii plus heights, beyond which no shell is at rest
@@ -102,9 +103,7 @@ def _relax(
     model: Model, state: State, advance: Advance, tolerance: float, most: int, interrupted: Callable[[], bool]
 ) -> Relaxation:
     """As `relax`, told of Ctrl-C."""
-    calm = model.fabric._replace(viscosity=0.0), model.belts._replace(viscosity=0.0 * model.belts.viscosity)
-    courant = min(model.courant, MOST_COURANT)
-    held = Held(model._replace(fabric=calm[0], belts=calm[1], courant=courant), state, advance)
+    held = Held(without_viscosity(model)._replace(courant=min(model.courant, MOST_COURANT)), state, advance)
     mass = model.mass[1:-1, None]
     cell = float((model.shape.h1 * model.shape.h2).mean())
     done, residual, frequency = 0, inf, 0.0

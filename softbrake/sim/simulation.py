@@ -60,6 +60,7 @@ from softbrake.sim.build import (
     whole_model,
     whole_nodes,
     with_room,
+    without_viscosity,
 )
 from softbrake.sim.cores import memory
 from softbrake.sim.filters import COLUMNS, PEAKS, filtered_peaks, larger
@@ -266,10 +267,8 @@ class Simulation:
             round_case = level(self.case, "axisymmetric", grid.generatrix, grid.hoop)
             one = build_model(round_case)
             scratch, nodes = build_meridian(one), build_state(round_case, one).nodes
-        belts = one.belts._replace(viscosity=0.0 * one.belts.viscosity)
-        calm = one._replace(fabric=one.fabric._replace(viscosity=0.0), belts=belts)
         start = Nodes(*(part.copy() for part in nodes))
-        residual, _ = relax_meridian(calm, start, scratch, self.case.filling.start, 0.5 * tolerance, MOST_STEPS)
+        residual, _ = relax_meridian(without_viscosity(one), start, scratch, self.case.filling.start, 0.5 * tolerance, MOST_STEPS)
         if residual > tolerance or start.z[: one.n1].max() > self.case.shell.height:
             return
         if self.case.model.fidelity == "full":
@@ -598,10 +597,7 @@ class Simulation:
         nodes, model = build_state(self.case, self.model).nodes, self.model
         longest = kernel(model, nodes, self.workspace)
         row = int(np.argmax(self.workspace.by_row.rate))
-        calm = model._replace(
-            fabric=model.fabric._replace(viscosity=0.0), belts=model.belts._replace(viscosity=0.0 * model.belts.viscosity)
-        )
-        viscous = kernel(calm, nodes, self.workspace) > VISCOUS * longest
+        viscous = kernel(without_viscosity(model), nodes, self.workspace) > VISCOUS * longest
         where = "at the belt cells" if model.belts.width[row] > 0.0 else f"at row {row}"
         return f"the {'viscosity' if viscous else 'stiffness'} limit of the step {where}"
 

@@ -244,6 +244,16 @@ class Summary:
     gas: GasBalance | None = answer("", "energy of the gas, J", default=None)
     results_fault: str | None = answer("", "why the result file lacks what came last; None where it is whole", default=None)
 
+    @property
+    def stood_still(self) -> bool:
+        """Whether the cargo stopped above the ground at some time."""
+        return self.outcome in ("stopped", "rebound") or self.rest_time is not None
+
+    @property
+    def cut_off(self) -> bool:
+        """Whether `time.end` ended the run before the cargo reached the ground or stood still: it has no answer."""
+        return self.outcome == "time_limit" and not self.stood_still
+
 
 def _described(part: Field[Any]) -> str:
     unit, meaning = part.metadata["unit"], part.metadata["meaning"]

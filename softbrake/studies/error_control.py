@@ -313,7 +313,7 @@ class _Refinement:
         finally:
             seconds = CLOCK() - before
             self.spent += seconds
-        if summary.outcome == "time_limit" and summary.rest_time is None:
+        if summary.cut_off:
             self.record(case, None, None, seconds, "cut off by time.end")
             raise CutOff(case, summary)
         return _Run(case, summary, seed, out, seconds)
@@ -341,8 +341,7 @@ class _Refinement:
         gas = level(self.case, "lumped", 8, 8)
         before = CLOCK()
         summary, _ = probe(gas)
-        there = summary.outcome != "time_limit" or summary.rest_time is not None
-        self.record(gas, speed_of(summary) if there else None, None, CLOCK() - before, "no shell: for comparison only")
+        self.record(gas, None if summary.cut_off else speed_of(summary), None, CLOCK() - before, "no shell: for comparison only")
         try:
             return self.done(self.shell())
         except CutOff as cut:
@@ -621,7 +620,7 @@ def _with_error_bar(case: Case, summary: Summary, coarser: Sequence[Summary]) ->
     if not coarser:
         return replace(summary, fidelity_reason="no error bar: a coarser grid diverges")
     runs = [*coarser, summary]
-    if any(run.outcome == "time_limit" and run.rest_time is None for run in runs):
+    if any(run.cut_off for run in runs):
         return replace(summary, fidelity_reason="no error bar: a run ends before impact; raise time.end")
     found, peaks = of_neighbours([(case, run) for run in runs])
     _, error = speed_range(found.value, found.error)

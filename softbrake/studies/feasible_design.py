@@ -21,7 +21,7 @@ from softbrake.studies.convergence import estimate_of_neighbours
 from softbrake.studies.design_space import Searched, Variable, ranges_of, searched, twice, variable
 from softbrake.studies.error_control import BUDGET, Refined, neighbours
 from softbrake.studies.inverse_design import NotReached
-from softbrake.studies.targets import Target, stood_still, target_of
+from softbrake.studies.targets import Target, target_of
 
 SCAN = {1: 25, 2: 9}  # places along each variable of the first look
 SAMPLES = 60  # places of the first look for each variable, of three and more
@@ -271,7 +271,7 @@ def _judged(problem: DesignProblem, case: Case, values: tuple[float, ...], dropp
 
 def _margins(bounds: Sequence[Target], case: Case, summary: Summary) -> tuple[float, ...]:
     """Raises ValueError where a run was cut off: its peaks may be yet to come."""
-    if summary.outcome == "time_limit" and not stood_still(summary):
+    if summary.cut_off:
         raise ValueError(f"neither impact nor stop by {summary.end_time:g} s")
     return tuple(bound.margin(case, summary) for bound in bounds)
 

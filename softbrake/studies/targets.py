@@ -78,7 +78,7 @@ class Target:
             if summary.outcome == "time_limit":
                 raise ValueError(f"neither impact nor rebound by {summary.end_time:g} s")
             return 0.5 * (summary.rebound_velocity or 0.0) ** 2
-        if summary.impact_velocity is None and not stood_still(summary):
+        if summary.impact_velocity is None and not summary.stood_still:
             raise ValueError(f"neither impact nor stop by {summary.end_time:g} s")
         return 0.5 * kinetic(case, summary)
 
@@ -106,11 +106,6 @@ class Target:
             return "no rebound"
         how = {"rebound": "rebounded from", "stopped": "stopped at"}.get(summary.outcome, "stood still, at the lowest at")
         return f"{how} a height of {summary.lowest_height:.4g} m"
-
-
-def stood_still(summary: Summary) -> bool:
-    """Whether the cargo stopped above the ground at some time."""
-    return summary.outcome in ("stopped", "rebound") or summary.rest_time is not None
 
 
 def target_of(text: str, case: Case) -> Target:

@@ -22,7 +22,7 @@ from softbrake.core.loop.meridian import (
 PART_OF_STEP = 0.5  # of the longest stable one
 STEPS_PER_LOOK = 10
 UNDAMPED = 2  # of them, before the frequency is measured
-LARGEST_CUT = 0.5  # of the frequency times the step
+LARGEST_CUT = 0.5  # of the frequency times the step, for one that is none yet
 
 
 @kernel
