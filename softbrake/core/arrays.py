@@ -12,12 +12,14 @@ Suffix _1 is along the generatrix, _2 around the hoop. x3 = z points up.
 from enum import IntEnum
 from typing import NamedTuple
 
-from numpy import float64, int64
+from numpy import float32, float64, int64, uint32
 from numpy.typing import NDArray
 
 PAD = 8
 Floats = NDArray[float64]
 Ints = NDArray[int64]
+Singles = NDArray[float32]
+Indices = NDArray[uint32]
 
 
 class Outcome(IntEnum):
@@ -102,12 +104,22 @@ class ContactCount(IntEnum):
 
     DUE = 0  # 1: self-contact is possible until the next choice of the step
     STALE = 1  # 1: near pairs are to be searched for anew
-    OVERFLOW = 2  # 1: there were more than the arrays hold
-    PAIRS = 3  # near one another
-    MISSED = 4  # missed collisions: pairs that passed each other, in each step, over the run
-    SEARCHES = 5  # over the run
-    TESTS = 6  # of boxes in them
-    PASSES = 7  # over the active pairs, over the run
+    FACES = 2  # near pairs of a node and a face, and of two edges; more than `NearPairs` holds where it has overflown
+    EDGES = 3
+    ACTIVE = 4  # active pairs; likewise of `ActivePairs`
+    OPEN = 5  # steps since the last contact, which the next one makes good for
+    MISSED = 6  # missed collisions: pairs that passed each other, at each contact, over the run
+    SEARCHES = 7  # over the run
+    TESTS = 8  # of boxes in them
+    PASSES = 9  # over the active pairs, over the run
+
+
+class Meeting(IntEnum):
+    """Contact between rows in a step."""
+
+    NONE = 0  # not possible
+    LATER = 1  # left to a later step, which knows where all was before this one
+    NOW = 2
 
 
 class Box(IntEnum):
@@ -126,8 +138,25 @@ class Box(IntEnum):
     MARGIN = 10  # m, largest of its nodes
 
 
+class Place(IntEnum):
+    """Columns of `Records.place`: where a node was at the last contact, m."""
+
+    X = 0
+    Y = 1
+    Z = 2
+
+
+class Speed(IntEnum):
+    """Columns of `Records.speed`: how a node has moved since the last contact."""
+
+    U = 0  # m/s, mean velocity
+    V = 1
+    W = 2
+    PER_MASS = 3  # 1/kg, 0 of a node that ground or cover holds
+
+
 class StateColumn(IntEnum):
-    """Columns of `NearPairs.state`: see contact.pairs.PairState."""
+    """Columns of `ActivePairs.state`: see contact.pairs.PairState."""
 
     NORMAL_X = 0
     NORMAL_Y = 1
@@ -361,33 +390,55 @@ class WorkByColumn(NamedTuple):
     contact: Floats  # of what stops the fabric but the ground, and of friction
 
 
-class NearPairs(NamedTuple):
-    """Pairs near one another, arrays of the same length, the capacity: all that is enlarged where there are more pairs."""
+class Records(NamedTuple):
+    """The nodes in the time since the last contact: see contact.records. Half a cache line each, of what is read together."""
 
-    key: Ints  # (capacity,), of nodes and faces, or of edges: see contact.pairs
-    active_from: Floats  # m, (capacity,), travel of node and face, or of both edges, at which a pair is to be looked at again
-    active: Ints  # (capacity,), keys of those active in this step, by slot: nodes and faces from the front, edges from the end
-    state: Floats  # (capacity, len(StateColumn)), of those active, by slot, at n
+    place: Floats  # (nodes, 4): see Place
+    speed: Floats  # (nodes, len(Speed))
+    stamp: Indices  # (nodes,), pass in which a node last took an impulse
+
+
+class NearPairs(NamedTuple):
+    """Pairs near one another, each array (capacity,): of nodes and faces from the front, of edges from the end."""
+
+    first: Indices  # node, or first edge
+    second: Indices  # face, or second edge: see contact.pairs
+    active_from: Singles  # m, travel of node and face, or of both edges, at which a pair is to be looked at again
+
+
+class ActivePairs(NamedTuple):
+    """Pairs that may meet before the contact under way: first those of nodes and faces, then those of edges."""
+
+    nodes: Indices  # (capacity, 5), of the shell's own columns, not of their copies: see contact.pairs
+    state: Singles  # (capacity, len(StateColumn)), when the last contact was
 
 
 class SelfContact(NamedTuple):
-    """Near pairs of nodes and faces, and of edges, and the search for them (broad phase)."""
+    """Near pairs of nodes and faces, and of edges, and the search for them (broad phase).
 
+    What bounds a way, or finds a pair, is in single precision.
+    """
+
+    record: Records
     pairs: NearPairs
-    path: Floats  # m, (nodes,), travelled since the last search
-    travel: Floats  # m, (nodes,), in this step
-    margin: Floats  # m, (nodes,), that may be travelled until the next search
-    face_path: Floats  # m, (nodes,), largest path of the corners of a face, by its lower left one
-    face_travel: Floats  # m, (nodes,), likewise
+    active: ActivePairs
+    path: Singles  # m, (nodes,), travelled since the last search
+    travel: Singles  # m, (2 nodes,), most that each node can have travelled since the last contact; then each face, by node
+    reached: Singles  # m, (2 nodes,), likewise, since the last search
+    margin: Singles  # m, (nodes,), that may be travelled until the next search
+    home: Indices  # (nodes,), of which column's node each is a copy
+    since: Floats  # (3,), of the last contact: s since, m, height of the cover then, s, see self_contact.shift_of
     scale: Floats  # (1,), of the margins
-    normal_x: Floats  # (nodes,), of the cloth at the last search, shorter than 1 where it is creased
-    normal_y: Floats
-    normal_z: Floats
+    normal: Singles  # (nodes, 3), of the cloth at the last search, shorter than 1 where it is creased
+    cell_box: Floats  # m, (7, nodes), low and high x, y, z and margin of each face, or edge on the cover
+    cell_normal: Singles  # (nodes, 3), its normal, zero where it is not flat
     blocks: Floats  # (blocks, len(Box))
     order: Ints  # (blocks,), by lower x
-    cells: Ints  # (cells of two blocks,), scratch
-    boxes: Floats  # (cells of two blocks, len(Box)), scratch
-    stamp: Ints  # (nodes,), pass in which a node last took an impulse
+    cells: Ints  # (3, cells of two blocks), scratch: cell, row, column
+    boxes: Floats  # (8, cells of two blocks), scratch
+    given: Floats  # m, (12, BATCH), scratch: corners of some pairs seen from the node
+    found: Floats  # (9, BATCH), scratch: where these are nearest
+    due: Indices  # (2, BATCH + 1), scratch: their numbers
     counts: Ints  # (len(ContactCount),)
     penetration: Floats  # (1,), largest so far, over the unloaded cell
 
@@ -398,7 +449,6 @@ class Impulses(NamedTuple):
     contact: Floats  # J, work on the nodes, by column, or by node of a meridian
     kinetic: Floats  # J, energy of the nodes, likewise
     impulse: Floats  # N s, (2,), upwards: on the cargo, of the ground on the fabric
-    stamp: Ints | None  # (nodes,), of `SelfContact`; None at belts
 
 
 class State(NamedTuple):
@@ -548,7 +598,7 @@ class BeforeContact(NamedTuple):
     """The shell before contact between rows in the step, each (nodes,), or of size 1 where neither is asked for."""
 
     before: Nodes  # velocities at n-1/2; of the rows that took impulses and their neighbours also the places at n
-    free: Vectors  # m/s, velocities at n+1/2 without that contact
+    jump: Vectors  # m/s, what it changed of the velocities; kept for the next step
     impulse: Floats  # (2,), N s, as in Impulses
 
 

@@ -11,6 +11,7 @@ from softbrake.case.sections.numerics import LUMPED_STEPS, ONE_COLUMN
 from softbrake.case.sections.vents import Vent
 from softbrake.core.arrays import (
     PAD,
+    ActivePairs,
     After,
     BeforeContact,
     BeltContact,
@@ -37,11 +38,13 @@ from softbrake.core.arrays import (
     Obstacles,
     Peak,
     PressureLaw,
+    Records,
     RunningMaximum,
     Scheme,
     SelfContact,
     Shape,
     Source,
+    Speed,
     State,
     StateColumn,
     Vectors,
@@ -51,11 +54,13 @@ from softbrake.core.arrays import (
     Workspace,
 )
 from softbrake.core.columns import History
-from softbrake.core.contact.constants import BLOCK
+from softbrake.core.contact.constants import BATCH, BLOCK
 
 OVERSHOOT = 0.9  # of the shell's height: below 0.913 a static wall touches the covers, and contact decides what it bears
 WEIGHINGS = 4
 PAIRS_PER_NODE = 0.25  # near one another, to begin with
+ACTIVE_PART = 0.25  # of them, likewise
+ROOM = 1.25  # times what was too much
 PLEATS = 64  # the same of a meridian, all of whose segments may lie on one another
 FREE = 1  # first free node of a meridian
 SLIVER = 1e-3  # least part of a belt that a row carries, of what the row with most of it does
@@ -334,23 +339,32 @@ def build_self_contact(nodes: int, rows: int, columns: int, pairs: float) -> Sel
 
     nodes: size of their arrays.
     """
-    blocks = -(-rows // BLOCK) * -(-columns // BLOCK)
+    blocks, cells = -(-rows // BLOCK) * -(-columns // BLOCK), 2 * (BLOCK + 1) * BLOCK
+    home = np.arange(nodes, dtype=np.uint32)
+    if columns > 1:
+        behind = home.reshape(rows + 1, -1)[:, PAD + columns]
+        behind -= columns
     return SelfContact(
+        record=Records(np.zeros((nodes, 4)), np.zeros((nodes, len(Speed))), np.zeros(nodes, np.uint32)),
         pairs=build_near_pairs(int(pairs * nodes)),
-        path=np.zeros(nodes),
-        travel=np.zeros(nodes),
-        margin=np.full(nodes, -1.0),  # used up
-        face_path=np.zeros(nodes),
-        face_travel=np.zeros(nodes),
+        active=build_active_pairs(int(ACTIVE_PART * pairs * nodes)),
+        path=np.zeros(nodes, np.float32),
+        reached=np.zeros(2 * nodes, np.float32),
+        travel=np.zeros(2 * nodes, np.float32),
+        margin=np.full(nodes, -1.0, np.float32),  # used up
+        home=home,
+        since=np.zeros(3),
         scale=np.ones(1),
-        normal_x=np.zeros(nodes),
-        normal_y=np.zeros(nodes),
-        normal_z=np.zeros(nodes),
+        normal=np.zeros((nodes, 3), np.float32),
+        cell_box=np.zeros((7, nodes)),
+        cell_normal=np.zeros((nodes, 3), np.float32),
         blocks=np.zeros((blocks, len(Box))),
         order=np.arange(blocks),
-        cells=np.zeros(2 * (BLOCK + 1) * BLOCK, np.int64),
-        boxes=np.zeros((2 * (BLOCK + 1) * BLOCK, len(Box))),
-        stamp=np.zeros(nodes, np.int64),
+        cells=np.zeros((3, cells), np.int64),
+        boxes=np.zeros((8, cells)),
+        given=np.zeros((12, BATCH)),
+        found=np.zeros((9, BATCH)),
+        due=np.zeros((2, BATCH + 1), np.uint32),
         counts=np.zeros(len(ContactCount), np.int64),
         penetration=np.zeros(1),
     )
@@ -358,21 +372,32 @@ def build_self_contact(nodes: int, rows: int, columns: int, pairs: float) -> Sel
 
 def build_near_pairs(capacity: int) -> NearPairs:
     """Return the arrays of so many near pairs."""
-    return NearPairs(
-        key=np.zeros(capacity, np.int64),
-        active_from=np.zeros(capacity),
-        active=np.zeros(capacity, np.int64),
-        state=np.zeros((capacity, len(StateColumn))),
-    )
+    first, second = np.zeros((2, capacity), np.uint32)
+    return NearPairs(first, second, np.zeros(capacity, np.float32))
+
+
+def build_active_pairs(capacity: int) -> ActivePairs:
+    """Return the arrays of so many active pairs."""
+    return ActivePairs(np.zeros((capacity, 5), np.uint32), np.zeros((capacity, len(StateColumn)), np.float32))
+
+
+def lacks_room(self_contact: SelfContact) -> bool:
+    """Return whether there were more pairs than the arrays of self-contact hold."""
+    counts = self_contact.counts
+    listed = counts[ContactCount.FACES] + counts[ContactCount.EDGES]
+    return bool(listed > self_contact.pairs.first.size or counts[ContactCount.ACTIVE] > len(self_contact.active.nodes))
 
 
 def with_room(self_contact: SelfContact) -> SelfContact:
-    """Return the arrays of self-contact with room for twice as many pairs, and those there are."""
-    self_contact.counts[ContactCount.OVERFLOW] = 0
-    self_contact.counts[ContactCount.STALE] = 1  # some pairs found no room
-    self_contact.scale[0] = 1.0
-    pairs = self_contact.pairs
-    return self_contact._replace(pairs=NearPairs._make(np.concatenate((part, np.zeros_like(part))) for part in pairs))
+    """Return the arrays of self-contact with room for the pairs there were, and some more."""
+    counts = self_contact.counts
+    listed, active = int(counts[ContactCount.FACES] + counts[ContactCount.EDGES]), int(counts[ContactCount.ACTIVE])
+    counts[ContactCount.STALE] = 1  # pairs are found anew
+    counts[[ContactCount.FACES, ContactCount.EDGES, ContactCount.ACTIVE]] = 0
+    return self_contact._replace(
+        pairs=build_near_pairs(max(int(ROOM * listed), self_contact.pairs.first.size)),
+        active=build_active_pairs(max(int(ROOM * active), len(self_contact.active.nodes))),
+    )
 
 
 def build_workspace(model: Model, self_contact: bool = False) -> Workspace:
@@ -401,8 +426,8 @@ def build_workspace(model: Model, self_contact: bool = False) -> Workspace:
 
 def _before_contact(model: Model, self_contact: bool) -> BeforeContact:
     count, size = (model.n1 + 1, model.stride) if self_contact or model.belt_contact.below.size > 0 else (1, 1)
-    before, free = (_rows(count, size, fields) for fields in (Nodes._fields, Vectors._fields))
-    return BeforeContact(Nodes(*before), Vectors(*free), np.zeros(2))
+    before, jump = (_rows(count, size, fields) for fields in (Nodes._fields, Vectors._fields))
+    return BeforeContact(Nodes(*before), Vectors(*jump), np.zeros(2))
 
 
 def build_meridian(model: Model) -> Meridian:

@@ -57,6 +57,7 @@ from softbrake.sim.build import (
     build_workspace,
     grid_view,
     initial_energy,
+    lacks_room,
     whole_model,
     whole_nodes,
     with_room,
@@ -292,7 +293,7 @@ class Simulation:
         kernel = KERNELS[self.case.model.fidelity]
         interval, last = self.interval, int(self.state.steps[0]) + most
         rows, outcome = kernel(self.model, self.state, self.workspace, self.history, interval, most, until)
-        while (self_contact := self.state.self_contact) is not None and self_contact.counts[ContactCount.OVERFLOW]:
+        while (self_contact := self.state.self_contact) is not None and lacks_room(self_contact):
             self.state = self.state._replace(self_contact=with_room(self_contact))
             if outcome == Outcome.RUNNING:
                 rest = last - int(self.state.steps[0])

@@ -7,7 +7,7 @@ from numba import uint64
 from softbrake.core.arrays import Impulses
 from softbrake.core.contact.constants import GAP, NEARLY_SQUARE, OPPOSED
 from softbrake.core.contact.impulses import add_velocity_jump, hold_node
-from softbrake.core.contact.scene import row_of, scene_of_meridian, scene_of_shell
+from softbrake.core.contact.scene import scene_of_meridian, scene_of_shell
 from softbrake.core.jit import kernel
 from softbrake.core.lanes import FIRST, ONE, close_nodes
 
@@ -71,7 +71,7 @@ def separate_nodes(nodes, impulses, scene, lower, upper, slot, way):
     """
     length, mass, sheet = scene.step.length, scene.mass, scene.sheet
     cx, cy, cz = way
-    mass_lower, mass_upper = mass[row_of(sheet, lower)], mass[row_of(sheet, upper)]
+    mass_lower, mass_upper = mass[int(lower) // sheet.stride], mass[int(upper) // sheet.stride]
     apart = component(nodes, upper, cx, cy, cz) - component(nodes, lower, cx, cy, cz)
     closing = length * (
         cx * (nodes.u[lower] - nodes.u[upper]) + cy * (nodes.v[lower] - nodes.v[upper]) + cz * (nodes.w[lower] - nodes.w[upper])
@@ -144,7 +144,7 @@ def resolve_belt_contact(model, nodes, work, by_column, before_contact, step, to
     """
     stride, columns, belt_contact = uint64(model.stride), model.n2, model.belt_contact
     scene = scene_of_shell(model, step, touching)
-    impulses, ways = Impulses(work.contact, by_column.kinetic, before_contact.impulse, None), before_contact.before
+    impulses, ways = Impulses(work.contact, by_column.kinetic, before_contact.impulse), before_contact.before
     half = 0.5 * model.shape.side  # sine of half the angle between two generatrices
     cos, sin = 1.0 - 2.0 * half * half, 2.0 * half * sqrt(1.0 - half * half)
     for k in range(belt_contact.below.size):
@@ -208,7 +208,7 @@ def resolve_belt_contact_of_meridian(model, nodes, meridian, step):
     meridian.impulse; add_contact_work_of_meridian records them. Returns whether any were kept.
     """
     belt_contact, moved, scene = model.belt_contact, 0, scene_of_meridian(model, step)
-    impulses = Impulses(meridian.contact, meridian.kinetic, meridian.impulse, None)
+    impulses = Impulses(meridian.contact, meridian.kinetic, meridian.impulse)
     for k in range(belt_contact.below.size):
         a, b = uint64(belt_contact.below[k]), uint64(belt_contact.above[k])
         if not folded(nodes, a, b, ONE):

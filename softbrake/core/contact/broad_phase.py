@@ -8,31 +8,35 @@ geometrical shape regularity (1994), and X. Provot, Collision and self-collision
 garments (1997).
 """
 
-from math import acos, inf, sqrt
+from math import acos, cos, inf, sqrt
 
-from numba import uint64
+from numba import float32, uint64
 
 from softbrake.core.arrays import Box, ContactCount
-from softbrake.core.contact.constants import BLOCK, SMOOTH_COSINE
-from softbrake.core.contact.pairs import corners_of, end_of, key_of_edges
+from softbrake.core.contact.constants import BLOCK, FLAT, SINGLE, SMALLEST, SMOOTH_COSINE
+from softbrake.core.contact.pairs import corners_of, end_of
+from softbrake.core.contact.records import row_start
 from softbrake.core.jit import kernel
+from softbrake.core.lanes import ONE
 
 
 @kernel
 def find_pairs(nodes, self_contact, sheet, near):
     """Find all pairs of a node and a face, or two edges, that may be near each other (m) within their margins, at n+1.
 
-    Not those of a face and its corners, of edges with one end, nor of smooth cloth. Returns their number; those beyond the
-    capacity of self_contact.pairs are counted, not kept. Reads nodes, sheet, self_contact.margin. Writes self_contact.pairs.key,
-    active_from (m: distance of boxes less near), counts[TESTS], scratch.
+    Not those of a face and its corners, of edges with one end, nor of smooth cloth. All are counted, but only those kept for
+    which self_contact.pairs has room. Reads nodes, sheet, self_contact.margin. Writes self_contact.pairs (active_from: m,
+    distance of boxes less near), counts, scratch.
     """
-    blocks, order, widest = self_contact.blocks, self_contact.order, 0.0
-    update_normals(nodes, self_contact, sheet)
+    blocks, order, counts, widest = self_contact.blocks, self_contact.order, self_contact.counts, 0.0
+    update_normals(nodes, self_contact.normal, sheet)
     update_blocks(nodes, self_contact, sheet)
+    update_cells(nodes, self_contact, sheet)
     sort_blocks(blocks, order)
     for a in range(order.size):
         widest = max(widest, blocks[a, Box.MARGIN])
-    count = 0
+    counts[ContactCount.FACES] = 0
+    counts[ContactCount.EDGES] = 0
     for p in range(order.size):
         a = order[p]
         reach = blocks[a, Box.MARGIN] + near
@@ -40,30 +44,28 @@ def find_pairs(nodes, self_contact, sheet, near):
             b = order[q]
             if blocks[b, Box.LOW_X] > blocks[a, Box.HIGH_X] + reach + widest:
                 break
-            if not may_touch_each_other(blocks, a, b, reach + blocks[b, Box.MARGIN], sheet.columns > 1):
-                continue
-            count = add_pairs(nodes, self_contact, sheet, a, b, near, count)
-        self_contact.counts[ContactCount.TESTS] += q - p + 1
-    return count
+            if may_touch_each_other(blocks, a, b, reach + blocks[b, Box.MARGIN], sheet.columns > 1):
+                add_pairs(nodes, self_contact, sheet, a, b, near)
+        counts[ContactCount.TESTS] += q - p + 1
 
 
 @kernel
-def update_normals(nodes, self_contact, sheet):
+def update_normals(nodes, normal, sheet):
     """Write the normals of all nodes by central differences; shorter than 1 where the cloth is creased."""
     for i in range(sheet.rows + 1):
-        for j in range(sheet.columns):
-            a = uint64(i * sheet.stride + sheet.first + j)
+        start = row_start(sheet, i)
+        for a in range(start, start + uint64(sheet.columns)):
             up = a + uint64(sheet.stride if i < sheet.rows else 0)
             down = a - uint64(sheet.stride if i > 0 else 0)
             x1, y1, z1, scale = difference(nodes, down, a, up)
             x2, y2, z2 = 0.0, 1.0, 0.0
             if sheet.columns > 1:
-                x2, y2, z2, scale_2 = difference(nodes, a - uint64(1), a, a + uint64(1))
+                x2, y2, z2, scale_2 = difference(nodes, a - ONE, a, a + ONE)
                 scale *= scale_2
             scale = 1.0 / scale if scale > 0.0 else 0.0
-            self_contact.normal_x[a] = scale * (y1 * z2 - z1 * y2)
-            self_contact.normal_y[a] = scale * (z1 * x2 - x1 * z2)
-            self_contact.normal_z[a] = scale * (x1 * y2 - y1 * x2)
+            normal[a, 0] = scale * (y1 * z2 - z1 * y2)
+            normal[a, 1] = scale * (z1 * x2 - x1 * z2)
+            normal[a, 2] = scale * (x1 * y2 - y1 * x2)
 
 
 @kernel
@@ -92,29 +94,28 @@ def blocks_along(faces):
 @kernel
 def update_blocks(nodes, self_contact, sheet):
     """Write the box (m) around each block of faces, the mean of its normals, and the angle within which they lie about it."""
-    blocks, x, y, z = self_contact.blocks, nodes.x, nodes.y, nodes.z
-    normal_x, normal_y, normal_z = self_contact.normal_x, self_contact.normal_y, self_contact.normal_z
+    blocks, normal, x, y, z = self_contact.blocks, self_contact.normal, nodes.x, nodes.y, nodes.z
     for block in range(blocks.shape[0]):
         row, row_end, column, column_end = rows_of(block, sheet)
-        right = int(sheet.columns > 1)  # a face of a meridian has no other side
+        right = uint64(sheet.columns > 1)  # a face of a meridian has no other side
         low_x, low_y, low_z, high_x, high_y, high_z = inf, inf, inf, -inf, -inf, -inf
         nx, ny, nz, margin = 0.0, 0.0, 0.0, 0.0
         for i in range(row, row_end + 1):
-            start = i * sheet.stride + sheet.first
-            for a in range(start + column, start + column_end + right):
+            start = row_start(sheet, i)
+            for a in range(start + uint64(column), start + uint64(column_end) + right):
                 margin = max(margin, self_contact.margin[a])
                 low_x, low_y, low_z = min(low_x, x[a]), min(low_y, y[a]), min(low_z, z[a])
                 high_x, high_y, high_z = max(high_x, x[a]), max(high_y, y[a]), max(high_z, z[a])
-                b = a if a - start < sheet.columns else start
-                nx, ny, nz = nx + normal_x[b], ny + normal_y[b], nz + normal_z[b]
+                b = a if a - start < uint64(sheet.columns) else start
+                nx, ny, nz = nx + normal[b, 0], ny + normal[b, 1], nz + normal[b, 2]
         length = sqrt(nx * nx + ny * ny + nz * nz)
         scale = 1.0 / length if length > 0.0 else 0.0
         nx, ny, nz, least = scale * nx, scale * ny, scale * nz, 1.0
         for i in range(row, row_end + 1):
-            start = i * sheet.stride + sheet.first
-            for a in range(start + column, start + column_end + right):
-                b = a if a - start < sheet.columns else start
-                least = min(least, nx * normal_x[b] + ny * normal_y[b] + nz * normal_z[b])
+            start = row_start(sheet, i)
+            for a in range(start + uint64(column), start + uint64(column_end) + right):
+                b = a if a - start < uint64(sheet.columns) else start
+                least = min(least, nx * normal[b, 0] + ny * normal[b, 1] + nz * normal[b, 2])
         box = blocks[block]
         box[Box.LOW_X], box[Box.LOW_Y], box[Box.LOW_Z] = low_x, low_y, low_z
         box[Box.HIGH_X], box[Box.HIGH_Y], box[Box.HIGH_Z] = high_x, high_y, high_z
@@ -143,129 +144,152 @@ def may_touch_each_other(blocks, a, b, reach, wide):
     over_z = box[Box.LOW_Z] <= other[Box.HIGH_Z] + reach and other[Box.LOW_Z] <= box[Box.HIGH_Z] + reach
     if not (over_y and over_z):
         return False
+    rest = acos(SMOOTH_COSINE) - box[Box.SPREAD] - other[Box.SPREAD]
+    if not wide or rest < 0.0:
+        return True
     cosine = box[Box.NORMAL_X] * other[Box.NORMAL_X] + box[Box.NORMAL_Y] * other[Box.NORMAL_Y]
-    cosine += box[Box.NORMAL_Z] * other[Box.NORMAL_Z]
-    between = acos(min(max(cosine, -1.0), 1.0)) + box[Box.SPREAD] + other[Box.SPREAD]
-    return not wide or between > acos(SMOOTH_COSINE)
+    return cosine + box[Box.NORMAL_Z] * other[Box.NORMAL_Z] < cos(rest)
 
 
 @kernel
-def add_pairs(nodes, self_contact, sheet, a, b, near, count):
-    """Add the pairs of block a and block b near each other (m): node and face, and two edges. Returns the count of pairs.
+def update_cells(nodes, self_contact, sheet):
+    """Write the boxes (m) of all cells, and their normals, zero where a cell is not flat.
 
-    By cells: a cell is a face with its lower left node, and the edges that start there; on the cover there is no face.
+    A cell is a face with its lower left node and the edges that start there; of the row on the cover an edge. The normal is that
+    of both diagonals, and a cell is as far from flat as these pass each other.
     """
-    first = collect_cells(nodes, self_contact, sheet, a, b, near, 0)
-    last = collect_cells(nodes, self_contact, sheet, b, a, near, first) if a != b else first
-    cells, boxes = self_contact.cells, self_contact.boxes
-    for p in range(first):
-        for q in range(p + 1 if a == b else first, last):
-            reach = near + boxes[p, Box.MARGIN] + boxes[q, Box.MARGIN]
-            if square_between(spans_of(boxes[p]), spans_of(boxes[q])) > reach * reach:
-                continue
-            count = add_node_and_face(nodes, self_contact, sheet, cells[p], boxes[q], cells[q], near, count)
-            count = add_node_and_face(nodes, self_contact, sheet, cells[q], boxes[p], cells[p], near, count)
-            if sheet.columns > 1:
-                count = add_edges(nodes, self_contact, sheet, cells[p], cells[q], near, count)
-        self_contact.counts[ContactCount.TESTS] += last - p - 1 if a == b else last - first
-    return count
+    box, normal, margin, above, right = (
+        self_contact.cell_box,
+        self_contact.cell_normal,
+        self_contact.margin,
+        uint64(sheet.stride),
+        uint64(sheet.columns > 1),
+    )
+    x, y, z = nodes.x, nodes.y, nodes.z
+    for i in range(sheet.rows + 1):
+        start, up = row_start(sheet, i), above if i < sheet.rows else uint64(0)
+        for a in range(start, start + uint64(sheet.columns)):
+            b, c, d = a + right, a + up + right, a + up
+            box[0, a], box[1, a] = min(min(x[a], x[b]), min(x[c], x[d])), max(max(x[a], x[b]), max(x[c], x[d]))
+            box[2, a], box[3, a] = min(min(y[a], y[b]), min(y[c], y[d])), max(max(y[a], y[b]), max(y[c], y[d]))
+            box[4, a], box[5, a] = min(min(z[a], z[b]), min(z[c], z[d])), max(max(z[a], z[b]), max(z[c], z[d]))
+            box[6, a] = max(max(margin[a], margin[b]), max(margin[c], margin[d]))
+            px, py, pz = x[c] - x[a], y[c] - y[a], z[c] - z[a]
+            qx, qy, qz = x[d] - x[b], y[d] - y[b], z[d] - z[b]
+            nx, ny, nz = py * qz - pz * qy, pz * qx - px * qz, px * qy - py * qx
+            square = max(nx * nx + ny * ny + nz * nz, SMALLEST)
+            warp = nx * (x[b] - x[a]) + ny * (y[b] - y[a]) + nz * (z[b] - z[a])
+            scale = 1.0 / sqrt(square) if warp * warp <= FLAT * square * sqrt(square) else 0.0
+            normal[a, 0], normal[a, 1], normal[a, 2] = scale * nx, scale * ny, scale * nz
 
 
 @kernel
-def collect_cells(nodes, self_contact, sheet, block, other, near, count):
+def neighbours(cells, p, q, columns):
+    """Return whether two cells share a corner, by their rows and columns."""
+    rows, around = abs(cells[1, p] - cells[1, q]), abs(cells[2, p] - cells[2, q])
+    return rows <= 1 and (around <= 1 or around >= columns - 1)
+
+
+@kernel
+def add_pairs(nodes, self_contact, sheet, a, b, near):
+    """Add the pairs of block a and block b near each other (m): node and face, and two edges."""
+    first = collect_cells(self_contact, sheet, a, b, near, uint64(0))
+    last = collect_cells(self_contact, sheet, b, a, near, first) if a != b else first
+    cells, boxes, normal = self_contact.cells, self_contact.boxes, self_contact.cell_normal
+    for p in range(first):
+        low_x, high_x, low_y, high_y = boxes[0, p], boxes[1, p], boxes[2, p], boxes[3, p]
+        low_z, high_z, reach, begin = boxes[4, p], boxes[5, p], near + boxes[6, p], p + ONE if a == b else first
+        for q in range(begin, last):  # a loop of its own, over vectors
+            x = max(max(low_x - boxes[1, q], boxes[0, q] - high_x), 0.0)
+            y = max(max(low_y - boxes[3, q], boxes[2, q] - high_y), 0.0)
+            z = max(max(low_z - boxes[5, q], boxes[4, q] - high_z), 0.0)
+            boxes[7, q] = (reach + boxes[6, q]) ** 2 - (x * x + y * y + z * z)
+        for q in range(begin, last):
+            if boxes[7, q] >= 0.0:
+                one, other = uint64(cells[0, p]), uint64(cells[0, q])
+                cosine = normal[one, 0] * normal[other, 0] + normal[one, 1] * normal[other, 1] + normal[one, 2] * normal[other, 2]
+                if cosine > SMOOTH_COSINE and neighbours(cells, p, q, sheet.columns):
+                    continue
+                add_node_and_face(nodes, self_contact, sheet, one, other, q, near)
+                add_node_and_face(nodes, self_contact, sheet, other, one, p, near)
+                if sheet.columns > 1:
+                    add_edges(nodes, self_contact, sheet, one, other, near)
+    own, other = int(first), int(last - first)
+    self_contact.counts[ContactCount.TESTS] += own * (own - 1) // 2 if a == b else own * other
+
+
+@kernel
+def collect_cells(self_contact, sheet, block, other, near, count):
     """Write the cells of a block that are near (m) the box around the other, and their own boxes, after so many.
 
     Returns how many there are then. Writes self_contact.cells, boxes.
     """
-    x, y, z, margin, box = nodes.x, nodes.y, nodes.z, self_contact.margin, self_contact.blocks[other]
+    box, boxes, cells, there = self_contact.cell_box, self_contact.boxes, self_contact.cells, self_contact.blocks
+    low_x, low_y, low_z = there[other, Box.LOW_X], there[other, Box.LOW_Y], there[other, Box.LOW_Z]
+    high_x, high_y, high_z = there[other, Box.HIGH_X], there[other, Box.HIGH_Y], there[other, Box.HIGH_Z]
+    more = near + there[other, Box.MARGIN]
     row, row_end, column, column_end = rows_of(block, sheet)
     for i in range(row, row_end + int(row_end == sheet.rows)):  # the row on the cover belongs to the blocks below
-        start = i * sheet.stride + sheet.first
-        for node in range(start + column, start + column_end):
-            corners = corners_of(node, sheet)
-            if i == sheet.rows:
-                corners = (node, corners[1], corners[1], node)
-            own = self_contact.boxes[count]
-            own[Box.LOW_X], own[Box.HIGH_X] = span(x, corners)
-            own[Box.LOW_Y], own[Box.HIGH_Y] = span(y, corners)
-            own[Box.LOW_Z], own[Box.HIGH_Z] = span(z, corners)
-            own[Box.MARGIN] = max(margin[corners[0]], margin[corners[1]], margin[corners[2]], margin[corners[3]])
-            reach = near + box[Box.MARGIN] + own[Box.MARGIN]
-            if square_between(spans_of(own), spans_of(box)) <= reach * reach:
-                self_contact.cells[count] = node
-                count += 1
+        start = row_start(sheet, i)
+        for a in range(start + uint64(column), start + uint64(column_end)):
+            x = max(max(box[0, a] - high_x, low_x - box[1, a]), 0.0)
+            y = max(max(box[2, a] - high_y, low_y - box[3, a]), 0.0)
+            z = max(max(box[4, a] - high_z, low_z - box[5, a]), 0.0)
+            reach = more + box[6, a]
+            if x * x + y * y + z * z <= reach * reach:
+                cells[0, count], cells[1, count], cells[2, count] = a, i, a - start
+                for k in range(7):
+                    boxes[k, count] = box[k, a]
+                count += ONE
     return count
 
 
 @kernel
-def spans_of(box):
-    """Return a box as its spans (m) along x, y and z."""
-    return (box[Box.LOW_X], box[Box.HIGH_X]), (box[Box.LOW_Y], box[Box.HIGH_Y]), (box[Box.LOW_Z], box[Box.HIGH_Z])
+def add_node_and_face(nodes, self_contact, sheet, node, face, column, near):
+    """Add the pair of a node and a face where they are near (m): by its box, which stands in a column of self_contact.boxes."""
+    boxes, px, py, pz = self_contact.boxes, nodes.x[node], nodes.y[node], nodes.z[node]
+    x = max(max(boxes[0, column] - px, px - boxes[1, column]), 0.0)
+    y = max(max(boxes[2, column] - py, py - boxes[3, column]), 0.0)
+    z = max(max(boxes[4, column] - pz, pz - boxes[5, column]), 0.0)
+    square, reach = x * x + y * y + z * z, near + self_contact.margin[node] + boxes[6, column]
+    if square > reach * reach or face >= row_start(sheet, sheet.rows):
+        return
+    a, b, c, d = corners_of(face, sheet)
+    home = self_contact.home
+    if node != home[a] and node != home[b] and node != home[c] and node != home[d]:
+        keep(self_contact, 0, node, face, square, near)
 
 
 @kernel
-def square_between(spans, others):
-    """Return the square of the distance (m^2) of two boxes, by their spans."""
-    square = 0.0
-    for k in range(3):
-        low, high = spans[k]
-        other_low, other_high = others[k]
-        off = max(low - other_high, other_low - high, 0.0)
-        square += off * off
-    return square
-
-
-@kernel
-def add_node_and_face(nodes, self_contact, sheet, node, box, face, near, count):
-    """Add the pair of a node and a face with its box, where they are near (m). Returns the count of pairs."""
-    if face // sheet.stride == sheet.rows:
-        return count
-    corners = corners_of(face, sheet)
-    if node == corners[0] or node == corners[1] or node == corners[2] or node == corners[3]:
-        return count
-    x, y, z = nodes.x[node], nodes.y[node], nodes.z[node]
-    square, reach = square_between(((x, x), (y, y), (z, z)), spans_of(box)), near + self_contact.margin[node] + box[Box.MARGIN]
-    return keep(self_contact, (node << 32) | face, square, reach, near, count)
-
-
-@kernel
-def add_edges(nodes, self_contact, sheet, cell, other, near, count):
-    """Add the pairs of edges of two cells that are near (m), but for those that share a node. Returns the count of pairs."""
-    margin = self_contact.margin
-    for edge in range(2 * cell, 2 * cell + 1 + int(cell // sheet.stride < sheet.rows)):
+def add_edges(nodes, self_contact, sheet, cell, other, near):
+    """Add the pairs of edges of two cells that are near (m), but for those that share a node."""
+    x, y, z, margin, home, top = nodes.x, nodes.y, nodes.z, self_contact.margin, self_contact.home, row_start(sheet, sheet.rows)
+    for edge in range(cell + cell, cell + cell + ONE + uint64(cell < top)):
         i, j = end_of(edge, sheet)
-        spans = spans_along(nodes, i, j)
-        for second in range(2 * other, 2 * other + 1 + int(other // sheet.stride < sheet.rows)):
+        low_x, low_y, low_z = min(x[i], x[j]), min(y[i], y[j]), min(z[i], z[j])
+        high_x, high_y, high_z = max(x[i], x[j]), max(y[i], y[j]), max(z[i], z[j])
+        more = near + max(margin[i], margin[j])
+        for second in range(other + other, other + other + ONE + uint64(other < top)):
             k, m = end_of(second, sheet)
-            if k in (i, j) or m in (i, j):
+            off_x = max(max(low_x - max(x[k], x[m]), min(x[k], x[m]) - high_x), 0.0)
+            off_y = max(max(low_y - max(y[k], y[m]), min(y[k], y[m]) - high_y), 0.0)
+            off_z = max(max(low_z - max(z[k], z[m]), min(z[k], z[m]) - high_z), 0.0)
+            square, reach = off_x * off_x + off_y * off_y + off_z * off_z, more + max(margin[k], margin[m])
+            if square > reach * reach:
                 continue
-            reach = near + max(margin[i], margin[j]) + max(margin[k], margin[m])
-            square = square_between(spans, spans_along(nodes, k, m))
-            count = keep(self_contact, key_of_edges(edge, second), square, reach, near, count)
-    return count
+            if home[k] != home[i] and home[k] != home[j] and home[m] != home[i] and home[m] != home[j]:
+                keep(self_contact, 1, edge, second, square, near)
 
 
 @kernel
-def spans_along(nodes, a, b):
-    """Return the spans (m) of the edge between two nodes."""
-    ends = (a, b, a, b)
-    return span(nodes.x, ends), span(nodes.y, ends), span(nodes.z, ends)
-
-
-@kernel
-def keep(self_contact, key, square, reach, near, count):
-    """Keep the key of a pair whose boxes' distance squared (m^2) is within reach (m), if there is room. Returns their count."""
-    if square > reach * reach:
-        return count
-    pairs = self_contact.pairs
-    if count < pairs.key.size:
-        pairs.key[count] = key
-        pairs.active_from[count] = sqrt(square) - near
-    return count + 1
-
-
-@kernel
-def span(values, corners):
-    """Return the least and the largest of the corners' values."""
-    a, b, c, d = values[corners[0]], values[corners[1]], values[corners[2]], values[corners[3]]
-    return min(a, b, c, d), max(a, b, c, d)
+def keep(self_contact, edges, first, second, square, near):
+    """Keep a pair by the distance squared (m^2) of its boxes if there is room, and count it. edges: 1 of two edges, else 0."""
+    counts, pairs = self_contact.counts, self_contact.pairs
+    capacity, faces, lines = pairs.first.size, counts[ContactCount.FACES], counts[ContactCount.EDGES]
+    if faces + lines < capacity:
+        slot = uint64(capacity - 1 - lines if edges == 1 else faces)
+        pairs.first[slot] = first
+        pairs.second[slot] = second
+        pairs.active_from[slot] = float32((1.0 - SINGLE) * sqrt(square) - near)
+    counts[ContactCount.FACES] = faces + 1 - edges
+    counts[ContactCount.EDGES] = lines + edges

@@ -32,19 +32,25 @@ LAST_GAPS = 10.0  # gaps of the cover: in less space above the ground, in the la
 ROUND_OFF = 1e-12  # collision gaps, by which what lies in one plane seems to pass; chosen
 SMALLEST = 1e-30  # m, against division by zero
 PARALLEL = 1e-12  # sine squared of two edges, below which round-off would choose where they are nearest; chosen
-BISECTIONS = 50  # halvings of the step at a root: to 1e-15 of it, the precision of a double
+ROOT_PRECISION = 1e-15  # of the time since the last contact
+ROOT_STEPS = 60  # most, if all halve the bracket
 RIM = 1e-8  # share by which a triangle is widened, so that nothing slips through between two; chosen, the root of round-off
 
+SINGLE = 1e-6  # part of a distance by which it is shortened for single precision, some ten times its round-off
+
 # --- broad phase: search for near pairs ---------------------------------------------------------------------------------------
+BATCH = 128  # pairs whose nearest points are found in one go: 20 KB, less than the fastest cache has
 BLOCK = 4  # cells along each side of a block; chosen
 SMOOTH_COSINE = 0.7  # of the angle of normals, 45°, within which blocks are smooth; the criterion is Volino's and Provot's
+FLAT = 0.05  # square of the distance of a cell's diagonals over their product, below which it is flat: within some 25°; chosen
 TRAVEL_ALLOWANCE = 1.25  # of the travel before contact, since impulses make some nodes faster; chosen
-REST_MARGIN = 0.1  # edges, margin of a node at rest; chosen
-MARGIN_STEPS = 10.0  # steps at the present speed, margin of a node that moves; chosen
+REST_MARGIN = 0.06  # edges, margin of a node at rest; chosen
+MARGIN_STEPS = 8.0  # steps at the present speed, margin of a node that moves; chosen
 LEAST_SCALE, MOST_SCALE = 0.125, 2.0  # of the margins; chosen
 FEW_PAIRS, MANY_PAIRS = 0.3, 3.0  # per face: margins grow below and shrink above; chosen
 
 # --- when self-contact is due, and how long a step may be ---------------------------------------------------------------------
+IDLE_STEPS = 4  # steps until self-contact is looked at again where no pair was active; chosen
 UPRIGHT = 0.1  # edges that each edge climbs, or goes round, at least where no self-contact is possible; chosen
 # Log: layers thrown through 0.125 edges in a step lost nodes, through 0.06 none; stable steps take 0.02.
 WATCHED_TRAVEL = 0.125  # edges that the fastest node goes in a step, so two near each other by a quarter; chosen

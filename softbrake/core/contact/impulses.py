@@ -1,172 +1,238 @@
-"""Impulses on the nodes of pairs that would pass or come too near, and on nodes that these push against obstacles."""
+"""Impulses on the nodes of pairs that would pass or come too near, and on nodes that these push against obstacles.
+
+They act on the records of nodes: velocities are means since the last contact, places at n+1 follow from them.
+"""
 
 from math import inf
+from typing import NamedTuple
 
+from numba import uint64
+
+from softbrake.core.arrays import Place, Speed
 from softbrake.core.contact.constants import LEAST_MOBILITY
-from softbrake.core.contact.obstacles import (
-    allowed_place,
-    blocked_part,
-    change_velocity,
-    least_radius,
-    may_be_inside,
-    on_cover_or_cargo,
-    on_ground,
-)
-from softbrake.core.contact.scene import row_of
+from softbrake.core.contact.narrow_phase import speed_along
+from softbrake.core.contact.obstacles import blocked_part, change_velocity, least_radius, on_cover_or_cargo, on_ground, place_left
 from softbrake.core.jit import kernel
 
 
-@kernel
-def may_pass(nodes, pair, state, length):
-    """Return whether a Pair may pass in the step (s): not where all of each part stays on its side of the other, as at n.
+class Clear(NamedTuple):
+    """Between which heights, and from which radius on, a node meets no obstacle."""
 
-    Reads nodes; state: its PairState.
+    low: float  # m
+    high: float  # m, at n+1
+    high_before: float  # m, at the last contact
+    inner: float  # m
+
+
+@kernel
+def clear_of(scene):
+    """Return where a node is Clear of obstacles: with room for round-off."""
+    step, obstacles = scene.step, scene.sheet.obstacles
+    there = obstacles.cover == 1 or obstacles.cargo == 1
+    high = step.next_cover - 2.0 * step.gap if there else inf
+    high_before = step.cover - 2.0 * step.gap if there else inf
+    return Clear(obstacles.ground, high, high_before, 2.0 * least_radius(obstacles))
+
+
+@kernel
+def is_clear(record, a, length, clear):
+    """Return whether a node is free, and clear of obstacles."""
+    z = record.place[a, Place.Z] + length * record.speed[a, Speed.W]
+    x = record.place[a, Place.X] + length * record.speed[a, Speed.U]
+    level = (z > clear.low) & (z < clear.high) & (record.place[a, Place.Z] < clear.high_before)
+    return level & (x > clear.inner) & (record.speed[a, Speed.PER_MASS] > 0.0)
+
+
+@kernel
+def end_place(record, a, length):
+    """Return the place (m) of a node at n+1."""
+    x = record.place[a, Place.X] + length * record.speed[a, Speed.U]
+    y = record.place[a, Place.Y] + length * record.speed[a, Speed.V]
+    z = record.place[a, Place.Z] + length * record.speed[a, Speed.W]
+    return x, y, z
+
+
+@kernel
+def may_pass(record, nodes, edges, state, length):
+    """Return whether a pair may pass: not where all of each part stays on its side of the other, as at the last contact.
+
+    Reads record; state: its PairState.
     """
-    nx, ny, nz = state.normal
-    a, b, c, d = pair.corners
-    own = nx * nodes.u[pair.node] + ny * nodes.v[pair.node] + nz * nodes.w[pair.node]
-    fastest = nx * nodes.u[a] + ny * nodes.v[a] + nz * nodes.w[a]
-    if pair.edges:
-        own, fastest = min(own, fastest), -inf
-    for other in (b, c, d):
-        fastest = max(fastest, nx * nodes.u[other] + ny * nodes.v[other] + nz * nodes.w[other])
-    return state.reach + length * max(fastest - own, 0.0) > 0.0
+    normal = state.normal
+    n, a, b, c, d = nodes
+    own, fastest = speed_along(record, n, normal), speed_along(record, a, normal)
+    upper = max(max(speed_along(record, b, normal), speed_along(record, c, normal)), speed_along(record, d, normal))
+    lower = min(own, fastest) if edges else own
+    fastest = upper if edges else max(upper, fastest)
+    return state.reach + length * max(fastest - lower, 0.0) > 0.0
 
 
 @kernel
-def separate_pair(nodes, impulses, scene, now, pair, weights, slowing, normal):
-    """Take so much (m/s) from the speed at which a Pair closes along the normal. Returns 1, or 0 where none gives way.
+def push(record, a, speed, normal, now):
+    """Change the velocity of a node by a speed (m/s) along a unit vector in pass `now`."""
+    record.speed[a, Speed.U] += speed * normal[0]
+    record.speed[a, Speed.V] += speed * normal[1]
+    record.speed[a, Speed.W] += speed * normal[2]
+    record.stamp[a] = now
+
+
+@kernel
+def separate_pair(record, impulses, scene, clear, now, nodes, weights, slowing, normal):
+    """Take so much (m/s) from the speed at which a pair closes along the normal. Returns 1, or 0 where none gives way.
 
     The impulse p, times the sum of the weights on the node and -weight on each corner, is that of 1/m = sum weight^2/m_i, with
-    what obstacles leave of each 1/m_i where it is pushed against them. Reads scene; now: the pass. Writes nodes, impulses.
+    what obstacles leave of each 1/m_i where it is pushed against them. Reads scene; now: the pass. Writes record, impulses.
     """
-    nx, ny, nz = normal
     w0, w1, w2, w3 = weights
     if scene.sheet.columns == 1:  # both ends of the strip are one node
         w0, w1, w2, w3 = w0 + w1, 0.0, w2 + w3, 0.0
-    a, b, c, d = pair.corners
-    own = w0 + w1 + w2 + w3
-    mobility = 0.0
-    for other, share in ((pair.node, own), (a, -w0), (b, -w1), (c, -w2), (d, -w3)):
-        if share != 0.0:
-            side = 1.0 if share > 0.0 else -1.0
-            freedom = freedom_of(nodes, scene, other, (side * nx, side * ny, side * nz))
-            mobility += share * share * freedom * inverse_mass(scene, other)
+    n, a, b, c, d = nodes
+    own, length = w0 + w1 + w2 + w3, scene.step.length
+    free = is_clear(record, n, length, clear) & is_clear(record, a, length, clear) & is_clear(record, b, length, clear)
+    if not (free & is_clear(record, c, length, clear) & is_clear(record, d, length, clear)):
+        return separate_near_obstacles(record, impulses, scene, now, nodes, (own, -w0, -w1, -w2, -w3), slowing, normal)
+    m, ma, mb, mc, md = (
+        record.speed[n, Speed.PER_MASS],
+        record.speed[a, Speed.PER_MASS],
+        record.speed[b, Speed.PER_MASS],
+        record.speed[c, Speed.PER_MASS],
+        record.speed[d, Speed.PER_MASS],
+    )
+    mobility = own * own * m + w0 * w0 * ma + w1 * w1 * mb + w2 * w2 * mc + w3 * w3 * md
     if mobility * scene.mass[1] < LEAST_MOBILITY:
         return 0
     p = slowing / mobility
-    px, py, pz = p * nx, p * ny, p * nz
-    for other, share in ((pair.node, own), (a, -w0), (b, -w1), (c, -w2), (d, -w3)):
-        if share != 0.0:
-            push_node(nodes, impulses, scene, now, other, (share * px, share * py, share * pz))
+    push(record, n, own * p * m, normal, now)
+    push(record, a, -w0 * p * ma, normal, now)
+    push(record, b, -w1 * p * mb, normal, now)
+    push(record, c, -w2 * p * mc, normal, now)
+    push(record, d, -w3 * p * md, normal, now)
+    free = is_clear(record, n, length, clear) & is_clear(record, a, length, clear) & is_clear(record, b, length, clear)
+    if not (free & is_clear(record, c, length, clear) & is_clear(record, d, length, clear)):
+        for other in nodes:
+            hold_record(record, impulses, scene, other)
     return 1
 
 
 @kernel
-def inverse_mass(scene, node):
-    """Return 1/m (1/kg) of a node, 0 of one that ground or cover holds."""
-    row = row_of(scene.sheet, node)
-    return 1.0 / scene.mass[row] if 0 < row < scene.sheet.rows else 0.0
+def separate_near_obstacles(record, impulses, scene, now, nodes, shares, slowing, normal):
+    """As separate_pair, where a node may be held or lie on an obstacle. shares: of the impulse, on each node."""
+    nx, ny, nz = normal
+    mobility = 0.0
+    for k in range(5):
+        share = shares[k]
+        if share != 0.0:
+            side = 1.0 if share > 0.0 else -1.0
+            freedom = freedom_of(record, scene, nodes[k], (side * nx, side * ny, side * nz))
+            mobility += share * share * freedom * record.speed[nodes[k], Speed.PER_MASS]
+    if mobility * scene.mass[1] < LEAST_MOBILITY:
+        return 0
+    p = slowing / mobility
+    for k in range(5):
+        if shares[k] != 0.0:
+            push_node(record, impulses, scene, now, nodes[k], (shares[k] * p * nx, shares[k] * p * ny, shares[k] * p * nz))
+    return 1
 
 
 @kernel
-def freedom_of(nodes, scene, node, direction):
+def freedom_of(record, scene, a, direction):
     """Return the part of its 1/m with which a node gives way to a push along a unit vector: less where an obstacle blocks that.
 
     A push against ground, cover, the cargo's side or the axis changes only the velocity along it.
     """
-    x, y, z = nodes.x[node], nodes.y[node], nodes.z[node]
+    x, y, z = end_place(record, a, scene.step.length)
     return 1.0 - min(blocked_part(scene.sheet.obstacles, scene.step, x, y, z, direction), 0.0) ** 2
 
 
 @kernel
-def rigidify(nodes, impulses, scene, now, pair):
-    """Make a Pair a rigid impact zone: give all its nodes one velocity, at which they neither near nor part.
+def push_node(record, impulses, scene, now, a, push):
+    """Give a node an impulse (N s, three components) in pass `now`; obstacles have the last word on where it goes.
+
+    What a held row takes goes to impulses.impulse: on the cargo, of the ground on the fabric. Writes record, impulses.
+    """
+    per_mass = record.speed[a, Speed.PER_MASS]
+    if per_mass > 0.0:
+        record.speed[a, Speed.U] += push[0] * per_mass
+        record.speed[a, Speed.V] += push[1] * per_mass
+        record.speed[a, Speed.W] += push[2] * per_mass
+        record.stamp[a] = now
+        hold_record(record, impulses, scene, a)
+    elif a < uint64(scene.sheet.stride):  # of row 0
+        impulses.impulse[1] -= push[2]
+    else:
+        impulses.impulse[0] += push[2]
+
+
+@kernel
+def hold_record(record, impulses, scene, a):
+    """Put a node that obstacles do not leave where it is at n+1 to where they do. Writes record, impulses."""
+    step, per_mass = scene.step, record.speed[a, Speed.PER_MASS]
+    if per_mass == 0.0:
+        return
+    start = record.place[a, Place.X], record.place[a, Place.Y], record.place[a, Place.Z]
+    u, v, w, on_cargo, on_ground = place_left(scene.sheet.obstacles, step, start, end_place(record, a, step.length))
+    record.speed[a, Speed.U] += u / step.length
+    record.speed[a, Speed.V] += v / step.length
+    record.speed[a, Speed.W] += w / step.length
+    impulses.impulse[0] -= on_cargo / (per_mass * step.length)
+    impulses.impulse[1] += on_ground / (per_mass * step.length)
+
+
+@kernel
+def rigidify(record, impulses, scene, now, nodes):
+    """Make a pair a rigid impact zone: give all its nodes one velocity, at which they neither near nor part.
 
     That of their common centre of mass; of the cover or of the ground where these hold one of them, so that all stay there.
-    Reads scene; now: the pass. Writes nodes, impulses.
+    Reads scene; now: the pass. Writes record, impulses.
     """
-    mass, step, sheet, obstacles = scene.mass, scene.step, scene.sheet, scene.sheet.obstacles
-    a, b, c, d = pair.corners
-    all_mass, pu, pv, pw, held, resting, pressed = 0.0, 0.0, 0.0, 0.0, -1, False, False
+    step, sheet, obstacles = scene.step, scene.sheet, scene.sheet.obstacles
+    all_mass, pu, pv, pw, held, held_speed, resting, pressed = 0.0, 0.0, 0.0, 0.0, -1, 0.0, False, False
     last = -1
-    for other in (pair.node, a, b, c, d):
-        m = 0.0 if other == last else mass[row_of(sheet, other)]  # of edges or of a strip one stands there twice
-        last = other
-        all_mass, pu, pv, pw = all_mass + m, pu + m * nodes.u[other], pv + m * nodes.v[other], pw + m * nodes.w[other]
-        resting = resting or on_ground(obstacles, nodes.z[other])
-        pressed = pressed or on_cover_or_cargo(obstacles, step, nodes.x[other], nodes.y[other], nodes.z[other])
-        if inverse_mass(scene, other) == 0.0:
-            held = other
+    for other in nodes:
+        row = int(other) // sheet.stride
+        m = 0.0 if int(other) == last else scene.mass[row]  # of edges or of a strip one stands there twice
+        last = int(other)
+        u, v, w = record.speed[other, Speed.U], record.speed[other, Speed.V], record.speed[other, Speed.W]
+        all_mass, pu, pv, pw = all_mass + m, pu + m * u, pv + m * v, pw + m * w
+        x, y, z = end_place(record, other, step.length)
+        resting = resting or on_ground(obstacles, z)
+        pressed = pressed or on_cover_or_cargo(obstacles, step, x, y, z)
+        if record.speed[other, Speed.PER_MASS] == 0.0:
+            held = row
+            held_speed = w
     u, v, w = pu / all_mass, pv / all_mass, pw / all_mass
-    speed = (step.next_cover - step.cover) / step.length
     if held >= 0:
-        u, v, w = 0.0, 0.0, nodes.w[held]
+        u, v, w = 0.0, 0.0, held_speed
     elif pressed:
-        u, v, w = 0.0, 0.0, speed
+        u, v, w = 0.0, 0.0, (step.next_cover - step.cover) / step.length
     elif resting and w < 0.0:
         w = 0.0
     given = 0.0
-    for other in (pair.node, a, b, c, d):
-        if inverse_mass(scene, other) > 0.0:
-            m = mass[row_of(sheet, other)]
-            pu, pv, pw = m * (u - nodes.u[other]), m * (v - nodes.v[other]), m * (w - nodes.w[other])
-            push_node(nodes, impulses, scene, now, other, (pu, pv, pw))
+    for other in nodes:
+        per_mass = record.speed[other, Speed.PER_MASS]
+        if per_mass > 0.0:
+            pu = (u - record.speed[other, Speed.U]) / per_mass
+            pv = (v - record.speed[other, Speed.V]) / per_mass
+            pw = (w - record.speed[other, Speed.W]) / per_mass
+            push_node(record, impulses, scene, now, other, (pu, pv, pw))
             given += pw
-    if pressed or held // sheet.stride == sheet.rows:
+    if pressed or held == sheet.rows:
         impulses.impulse[0] -= given
     elif resting or held >= 0:
         impulses.impulse[1] += given
 
 
 @kernel
-def push_node(nodes, impulses, scene, now, node, push):
-    """Give a node an impulse (N s, three components) in pass `now`; obstacles have the last word on where it goes.
-
-    What a held row takes goes to impulses.impulse: on the cargo, of the ground on the fabric. Writes nodes, impulses.
-    """
-    step, sheet = scene.step, scene.sheet
-    pu, pv, pw = push
-    row, column = node // sheet.stride, node % sheet.stride - sheet.first
-    if sheet.columns > 1 and column == sheet.columns:
-        node, column = node - sheet.columns, 0  # of which it is the copy
-    if row == 0:
-        impulses.impulse[1] -= pw
-    elif row == sheet.rows:
-        impulses.impulse[0] += pw
-    else:
-        m = scene.mass[row]
-        slot = row if sheet.columns == 1 else column
-        impulses.stamp[node] = now
-        add_velocity_jump(nodes, impulses, node, slot, m, step.length, pu / m, pv / m, pw / m)
-        if may_be_inside(sheet.obstacles, step, nodes.x[node], nodes.z[node], nodes.w[node]):
-            hold_node(nodes, impulses, scene, node, slot)
-        if sheet.columns > 1 and column == 0:
-            impulses.stamp[node + sheet.columns] = now
-            copy_node(nodes, node, node + sheet.columns)
-        if sheet.columns > 1 and column == sheet.columns - 1:
-            copy_node(nodes, node, node - sheet.columns)
-
-
-@kernel
-def hold_node(nodes, impulses, scene, node, slot):
-    """Put a node where obstacles leave it. Writes nodes, impulses, works to its slot."""
-    step, obstacles, mass = scene.step, scene.sheet.obstacles, scene.mass[row_of(scene.sheet, node)]
-    length, least = step.length, least_radius(obstacles)
-    x, y, z = nodes.x[node], nodes.y[node], nodes.z[node] - step.next_cover
-    old_x, old_y = x - length * nodes.u[node], y - length * nodes.v[node]
-    old_z = nodes.z[node] - length * nodes.w[node] - step.cover
-    new_x, new_y, new_z = allowed_place(obstacles, step.gap, old_x, old_y, old_z, x, y, z)
-    if new_x != x or new_y != y or new_z != z:
-        rise = (new_z - z) / length
-        add_velocity_jump(nodes, impulses, node, slot, mass, length, (new_x - x) / length, (new_y - y) / length, rise)
-        impulses.impulse[0] -= mass * rise
-    if nodes.x[node] < least:
-        add_velocity_jump(nodes, impulses, node, slot, mass, length, (least - nodes.x[node]) / length, 0.0, 0.0)
-    if nodes.z[node] < obstacles.ground:
-        rise = (obstacles.ground - nodes.z[node]) / length
-        add_velocity_jump(nodes, impulses, node, slot, mass, length, 0.0, 0.0, rise)
-        impulses.impulse[1] += mass * rise
+def hold_node(nodes, impulses, scene, a, slot):
+    """Put a node of a shell where obstacles leave it. Writes nodes, impulses, works to its slot."""
+    step, mass = scene.step, scene.mass[int(a) // scene.sheet.stride]
+    length, x, y, z = step.length, nodes.x[a], nodes.y[a], nodes.z[a]
+    start = x - length * nodes.u[a], y - length * nodes.v[a], z - length * nodes.w[a]
+    u, v, w, on_cargo, on_ground = place_left(scene.sheet.obstacles, step, start, (x, y, z))
+    if u != 0.0 or v != 0.0 or w != 0.0:
+        add_velocity_jump(nodes, impulses, a, slot, mass, length, u / length, v / length, w / length)
+    impulses.impulse[0] -= mass * on_cargo / length
+    impulses.impulse[1] += mass * on_ground / length
 
 
 @kernel
@@ -180,14 +246,3 @@ def add_velocity_jump(nodes, impulses, a, slot, mass, length, u, v, w):
     impulses.contact[slot] += gain
     impulses.kinetic[slot] += gain
     change_velocity(nodes, a, length, u, v, w)
-
-
-@kernel
-def copy_node(nodes, node, copy):
-    """Copy a node to its place at the other end of the row."""
-    nodes.x[copy] = nodes.x[node]
-    nodes.y[copy] = nodes.y[node]
-    nodes.z[copy] = nodes.z[node]
-    nodes.u[copy] = nodes.u[node]
-    nodes.v[copy] = nodes.v[node]
-    nodes.w[copy] = nodes.w[node]

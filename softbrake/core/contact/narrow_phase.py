@@ -6,15 +6,19 @@ edge-on.
 """
 
 from enum import IntEnum
-from math import inf, sqrt
+from math import sqrt
 from typing import NamedTuple
 
+from numba import uint64
+
+from softbrake.core.arrays import Place, Speed
 from softbrake.core.contact.constants import (
-    BISECTIONS,
     HELD_PART,
     NEAR_REBOUND,
     PARALLEL,
     RIM,
+    ROOT_PRECISION,
+    ROOT_STEPS,
     ROUND_OFF,
     SMALLEST,
     TINY_GAP,
@@ -53,7 +57,7 @@ class Found(IntEnum):
 class Collision(NamedTuple):
     """A pair in the step to n+1."""
 
-    distance: float  # m, at n+1
+    distance: float  # m, at its end
     found: int  # Found
     slowing: float  # m/s, that the speed of closing along the normal has to lose; 0 where nothing is to do
     normal: tuple[float, float, float]
@@ -61,22 +65,33 @@ class Collision(NamedTuple):
 
 
 @kernel
-def seen_from(nodes, pair, breadth, back):
-    """Return the corners' places (m) relative to the node of a Pair, a time back (s) before n+1: four x, four y, four z.
+def seen_from(record, nodes, breadth, after):
+    """Return the corners' places (m) relative to the node of a pair, a time (s) after the last contact: four x, four y, four z.
 
-    Reads nodes; breadth (m): of a Sheet.
+    Reads record; nodes: of the pair; breadth (m): of a Sheet.
     """
-    node, (a, b, c, d) = pair.node, pair.corners
-    x, y, z, u, v, w = nodes.x, nodes.y, nodes.z, nodes.u, nodes.v, nodes.w
-    px, py, pz = x[node] - back * u[node], y[node] - back * v[node], z[node] - back * w[node]
-    qx = (x[a] - back * u[a] - px, x[b] - back * u[b] - px, x[c] - back * u[c] - px, x[d] - back * u[d] - px)
-    qy = (
-        y[a] - back * v[a] - py - breadth,
-        y[b] - back * v[b] - py + breadth,
-        y[c] - back * v[c] - py + breadth,
-        y[d] - back * v[d] - py - breadth,
+    n, a, b, c, d = nodes
+    px = record.place[n, Place.X] + after * record.speed[n, Speed.U]
+    py = record.place[n, Place.Y] + after * record.speed[n, Speed.V]
+    pz = record.place[n, Place.Z] + after * record.speed[n, Speed.W]
+    qx = (
+        record.place[a, Place.X] + after * record.speed[a, Speed.U] - px,
+        record.place[b, Place.X] + after * record.speed[b, Speed.U] - px,
+        record.place[c, Place.X] + after * record.speed[c, Speed.U] - px,
+        record.place[d, Place.X] + after * record.speed[d, Speed.U] - px,
     )
-    qz = (z[a] - back * w[a] - pz, z[b] - back * w[b] - pz, z[c] - back * w[c] - pz, z[d] - back * w[d] - pz)
+    qy = (
+        record.place[a, Place.Y] + after * record.speed[a, Speed.V] - py - breadth,
+        record.place[b, Place.Y] + after * record.speed[b, Speed.V] - py + breadth,
+        record.place[c, Place.Y] + after * record.speed[c, Speed.V] - py + breadth,
+        record.place[d, Place.Y] + after * record.speed[d, Speed.V] - py - breadth,
+    )
+    qz = (
+        record.place[a, Place.Z] + after * record.speed[a, Speed.W] - pz,
+        record.place[b, Place.Z] + after * record.speed[b, Speed.W] - pz,
+        record.place[c, Place.Z] + after * record.speed[c, Speed.W] - pz,
+        record.place[d, Place.Z] + after * record.speed[d, Speed.W] - pz,
+    )
     return qx, qy, qz
 
 
@@ -90,67 +105,75 @@ def centre_of(q):
 def corner_weights(k, s, t):
     """Return the corners' weights of the point s, t of triangle k: s of corner k, t of the next, the rest of the centre."""
     rest = 0.25 * (1.0 - s - t)
-    n = (k + 1) % 4
     return (
-        rest + (s if k == 0 else 0.0) + (t if n == 0 else 0.0),
-        rest + (s if k == 1 else 0.0) + (t if n == 1 else 0.0),
-        rest + (s if k == 2 else 0.0) + (t if n == 2 else 0.0),
-        rest + (s if k == 3 else 0.0) + (t if n == 3 else 0.0),
+        rest + (s if k == 0 else 0.0) + (t if k == 3 else 0.0),
+        rest + (s if k == 1 else 0.0) + (t if k == 0 else 0.0),
+        rest + (s if k == 2 else 0.0) + (t if k == 1 else 0.0),
+        rest + (s if k == 3 else 0.0) + (t if k == 2 else 0.0),
     )
+
+
+@kernel
+def clamp(share):
+    """Return a share, or the end of 0 … 1 next to it."""
+    return min(max(share, 0.0), 1.0)
 
 
 @kernel
 def nearest_on_triangle(aa, ab, bb, ar, br):
     """Return the shares s, t of a and b in the point of the triangle 0, a, b nearest to r, from the scalar products.
 
-    By regions of the plane: C. Ericson, Real-Time Collision Detection (2005), 5.1.5.
+    With the square of its distance, less that of r from 0. The point below r if it lies inside, else the nearest of the points
+    nearest on the three sides; without branches, as loops over vectors of pairs have it.
     """
-    if ar <= 0.0 and br <= 0.0:
-        return 0.0, 0.0
-    ar_a, br_a = ar - aa, br - ab  # of r as seen from a
-    if ar_a >= 0.0 and br_a <= ar_a:
-        return 1.0, 0.0
-    ar_b, br_b = ar - ab, br - bb  # and from b
-    if br_b >= 0.0 and ar_b <= br_b:
-        return 0.0, 1.0
-    of_centre_a = ar * br_a - ar_a * br
-    if of_centre_a <= 0.0 and ar >= 0.0 and ar_a <= 0.0:
-        return ar / (ar - ar_a), 0.0
-    of_centre_b = ar_b * br - ar * br_b
-    if of_centre_b <= 0.0 and br >= 0.0 and br_b <= 0.0:
-        return 0.0, br / (br - br_b)
-    of_a_b = ar_a * br_b - ar_b * br_a
-    if of_a_b <= 0.0:
-        t = (br_a - ar_a) / ((br_a - ar_a) + (ar_b - br_b))
-        return 1.0 - t, t
-    whole = of_a_b + of_centre_b + of_centre_a
-    return of_centre_b / whole, of_centre_a / whole
+    per_square = 1.0 / (aa * bb - ab * ab)
+    s, t = (bb * ar - ab * br) * per_square, (aa * br - ab * ar) * per_square
+    within = s * (s * aa - 2.0 * ar) + t * (t * bb - 2.0 * br) + 2.0 * s * t * ab
+    on_a, on_b, on_ab = clamp(ar / aa), clamp(br / bb), clamp((br - ar - ab + aa) / (aa - 2.0 * ab + bb))
+    rest = 1.0 - on_ab
+    from_a, from_b = on_a * (on_a * aa - 2.0 * ar), on_b * (on_b * bb - 2.0 * br)
+    from_ab = rest * (rest * aa - 2.0 * ar) + on_ab * (on_ab * bb - 2.0 * br) + 2.0 * rest * on_ab * ab
+    a_first = from_a <= from_b
+    least, s_there, t_there = from_a if a_first else from_b, on_a if a_first else 0.0, 0.0 if a_first else on_b
+    ab_first = from_ab < least
+    least, s_there, t_there = from_ab if ab_first else least, rest if ab_first else s_there, on_ab if ab_first else t_there
+    inside = (s >= 0.0) & (t >= 0.0) & (s + t <= 1.0)
+    return s if inside else s_there, t if inside else t_there, within if inside else least
 
 
 @kernel
 def nearest_on_face(q):
     """Return the Nearest points of a node and a face. Reads q: the corners seen from the node."""
-    qx, qy, qz = q
-    cx, cy, cz = centre_of(qx), centre_of(qy), centre_of(qz)
-    least, least_x, least_y, least_z = inf, 0.0, 0.0, 0.0
-    triangle, share, share_next = 0, 0.0, 0.0
-    for k in range(4):
-        n = (k + 1) % 4
-        ax, ay, az = qx[k] - cx, qy[k] - cy, qz[k] - cz
-        bx, by, bz = qx[n] - cx, qy[n] - cy, qz[n] - cz
-        s, t = nearest_on_triangle(
-            ax * ax + ay * ay + az * az,
-            ax * bx + ay * by + az * bz,
-            bx * bx + by * by + bz * bz,
-            -(ax * cx + ay * cy + az * cz),
-            -(bx * cx + by * cy + bz * cz),
-        )
-        x, y, z = -(cx + s * ax + t * bx), -(cy + s * ay + t * by), -(cz + s * az + t * bz)
-        square = x * x + y * y + z * z
-        if square < least:
-            least, least_x, least_y, least_z = square, x, y, z
-            triangle, share, share_next = k, s, t
-    return Nearest(sqrt(least), (least_x, least_y, least_z), corner_weights(triangle, share, share_next), True)
+    (x0, x1, x2, x3), (y0, y1, y2, y3), (z0, z1, z2, z3) = q
+    cx, cy, cz = centre_of(q[0]), centre_of(q[1]), centre_of(q[2])
+    x0, x1, x2, x3 = x0 - cx, x1 - cx, x2 - cx, x3 - cx
+    y0, y1, y2, y3 = y0 - cy, y1 - cy, y2 - cy, y3 - cy
+    z0, z1, z2, z3 = z0 - cz, z1 - cz, z2 - cz, z3 - cz
+    s00, s11 = x0 * x0 + y0 * y0 + z0 * z0, x1 * x1 + y1 * y1 + z1 * z1
+    s22, s33 = x2 * x2 + y2 * y2 + z2 * z2, x3 * x3 + y3 * y3 + z3 * z3
+    s01, s12 = x0 * x1 + y0 * y1 + z0 * z1, x1 * x2 + y1 * y2 + z1 * z2
+    s23, s30 = x2 * x3 + y2 * y3 + z2 * z3, x3 * x0 + y3 * y0 + z3 * z0
+    r0, r1 = -(x0 * cx + y0 * cy + z0 * cz), -(x1 * cx + y1 * cy + z1 * cz)
+    r2, r3 = -(x2 * cx + y2 * cy + z2 * cz), -(x3 * cx + y3 * cy + z3 * cz)
+    s, t, least = nearest_on_triangle(s00, s01, s11, r0, r1)
+    w0, w1, w2, w3 = s, t, 0.0, 0.0
+    s, t, square = nearest_on_triangle(s11, s12, s22, r1, r2)
+    less = square < least
+    least, w0, w1, w2 = square if less else least, 0.0 if less else w0, s if less else w1, t if less else 0.0
+    s, t, square = nearest_on_triangle(s22, s23, s33, r2, r3)
+    less = square < least
+    least, w0, w1 = square if less else least, 0.0 if less else w0, 0.0 if less else w1
+    w2, w3 = s if less else w2, t if less else 0.0
+    s, t, square = nearest_on_triangle(s33, s30, s00, r3, r0)
+    less = square < least
+    w0, w1, w2, w3 = t if less else w0, 0.0 if less else w1, 0.0 if less else w2, s if less else w3
+    x, y, z = (
+        -(cx + w0 * x0 + w1 * x1 + w2 * x2 + w3 * x3),
+        -(cy + w0 * y0 + w1 * y1 + w2 * y2 + w3 * y3),
+        -(cz + w0 * z0 + w1 * z1 + w2 * z2 + w3 * z3),
+    )
+    rest = 0.25 * (1.0 - w0 - w1 - w2 - w3)
+    return Nearest(sqrt(x * x + y * y + z * z), (x, y, z), (rest + w0, rest + w1, rest + w2, rest + w3), True)
 
 
 @kernel
@@ -165,13 +188,14 @@ def nearest_on_edges(q):
     aa, bb, ab = ax * ax + ay * ay + az * az, bx * bx + by * by + bz * bz, ax * bx + ay * by + az * bz
     ar, br = -(ax * qx[1] + ay * qy[1] + az * qz[1]), -(bx * qx[1] + by * qy[1] + bz * qz[1])
     square = aa * bb - ab * ab
-    s = min(max((ab * br - ar * bb) / square, 0.0), 1.0) if square > PARALLEL * aa * bb else 0.5
+    share = clamp((ab * br - ar * bb) / square)
+    s = share if square > PARALLEL * aa * bb else 0.5
     t = (ab * s + br) / bb
-    inside = 0.0 < t < 1.0
-    t = min(max(t, 0.0), 1.0)
+    inside = (t > 0.0) & (t < 1.0)
+    t = clamp(t)
     s = (ab * t - ar) / aa
-    inside = inside and 0.0 < s < 1.0
-    s = min(max(s, 0.0), 1.0)
+    inside = inside & (s > 0.0) & (s < 1.0)
+    s = clamp(s)
     x, y, z = s * ax - qx[1] - t * bx, s * ay - qy[1] - t * by, s * az - qz[1] - t * bz
     return Nearest(sqrt(x * x + y * y + z * z), (x, y, z), (-s, 1.0 - t, t, 0.0), inside)
 
@@ -182,6 +206,23 @@ def nearest(edges, q):
     if edges:
         return nearest_on_edges(q)
     return nearest_on_face(q)
+
+
+@kernel
+def find_nearest(edges, given, found, count):
+    """Write the Nearest points of so many pairs to found, a row each: distance, vector, weights, 1 where they press.
+
+    Reads given: rows of the corners' x, y and z seen from the node. Loops over vectors.
+    """
+    for i in range(uint64(count)):
+        qx = (given[0, i], given[1, i], given[2, i], given[3, i])
+        qy = (given[4, i], given[5, i], given[6, i], given[7, i])
+        qz = (given[8, i], given[9, i], given[10, i], given[11, i])
+        points = nearest_on_edges((qx, qy, qz)) if edges else nearest_on_face((qx, qy, qz))
+        found[0, i] = points.distance
+        found[1, i], found[2, i], found[3, i] = points.vector
+        found[4, i], found[5, i], found[6, i], found[7, i] = points.weights
+        found[8, i] = 1.0 if points.presses else 0.0
 
 
 @kernel
@@ -203,7 +244,7 @@ def crossing_of(edges, r0, a0, b0, r1, a1, b1):
 
     Or, of edges, when that from 0 to b passes the one from r to r + a, at t of b and s of a.
     Vectors at the start and at the end of the step, each moving evenly. The volume r · (a × b) is a cubic in time: with Bernstein
-    coefficients of one sign it has no root; else its changes of sign between turning points are bisected, and the shares there
+    coefficients of one sign it has no root; else its changes of sign between turning points are looked for, and the shares there
     tell inside from outside. The normal points to the side from which the node came. The time is BEYOND where it does not pass.
     """
     v0 = triple_product(*r0, *a0, *b0)
@@ -217,7 +258,7 @@ def crossing_of(edges, r0, a0, b0, r1, a1, b1):
     for end in (turn, last_turn, 1.0):
         value = cubic(v0, v1, v2, v3, end)
         if before * value < 0.0:
-            time = bisect(v0, v1, v2, v3, before, low, end)
+            time = root_between(v0, v1, v2, v3, before, low, end)
             rest = 1.0 - time
             rx, ry, rz = rest * r0[0] + time * r1[0], rest * r0[1] + time * r1[1], rest * r0[2] + time * r1[2]
             ax, ay, az = rest * a0[0] + time * a1[0], rest * a0[1] + time * a1[1], rest * a0[2] + time * a1[2]
@@ -239,7 +280,7 @@ def crossing_of(edges, r0, a0, b0, r1, a1, b1):
 
 @kernel
 def crossing_of_edges(start, end):
-    """Return the Crossing of two edges. Reads start, end: the corners at n and n+1, seen from the node."""
+    """Return the Crossing of two edges. Reads start, end: the corners at both ends of it, seen from the node."""
     x0, y0, z0 = start
     x1, y1, z1 = end
     time, s, t, x, y, z = crossing_of(
@@ -270,20 +311,31 @@ def turning_points(d0, d1, d2):
 
 
 @kernel
-def bisect(v0, v1, v2, v3, before, low, high):
-    """Return where a cubic that changes sign from that of before between two times does so, just after."""
-    for _ in range(BISECTIONS):
-        middle = 0.5 * (low + high)
-        if before * cubic(v0, v1, v2, v3, middle) > 0.0:
-            low = middle
+def root_between(v0, v1, v2, v3, before, low, high):
+    """Return where a cubic that is monotone between two times, and changes sign from that of before, does so: Newton's steps.
+
+    Where one leads out of what is left between the two, that is halved.
+    """
+    time = 0.5 * (low + high)
+    for _ in range(ROOT_STEPS):
+        value, rest = cubic(v0, v1, v2, v3, time), 1.0 - time
+        if before * value > 0.0:
+            low = time
         else:
-            high = middle
-    return high
+            high = time
+        slope = 3.0 * (rest * rest * (v1 - v0) + 2.0 * rest * time * (v2 - v1) + time * time * (v3 - v2))
+        new = time - value / slope
+        if not low < new < high:
+            new = 0.5 * (low + high)
+        if abs(new - time) <= ROOT_PRECISION:
+            return new
+        time = new
+    return time
 
 
 @kernel
 def crossing_of_face(start, end):
-    """Return the Crossing of the node and a face. Reads start, end: the corners at n and n+1, seen from the node."""
+    """Return the Crossing of the node and a face. Reads start, end: the corners at both ends of it, seen from the node."""
     x0, y0, z0 = start
     x1, y1, z1 = end
     c0 = (centre_of(x0), centre_of(y0), centre_of(z0))
@@ -307,33 +359,35 @@ def crossing_of_face(start, end):
 
 
 @kernel
-def closing_along(nodes, pair, weights, normal):
-    """Return the speed (m/s) at which the points of a Pair with these weights near each other along the normal to the node."""
-    u, v, w, node = nodes.u, nodes.v, nodes.w, pair.node
-    nx, ny, nz = normal
-    own = nx * u[node] + ny * v[node] + nz * w[node]
-    closing = 0.0
-    for k in range(4):
-        a = pair.corners[k]
-        closing += weights[k] * (nx * u[a] + ny * v[a] + nz * w[a] - own)
-    return closing
+def speed_along(record, a, normal):
+    """Return the speed (m/s) of a node along a unit vector."""
+    return normal[0] * record.speed[a, Speed.U] + normal[1] * record.speed[a, Speed.V] + normal[2] * record.speed[a, Speed.W]
 
 
 @kernel
-def detect_collision(nodes, pair, scene, gap):
-    """Return the Collision of a Pair in the step to n+1, by continuous detection. Reads nodes, scene.
+def closing_along(record, nodes, weights, normal):
+    """Return the speed (m/s) at which the points of a pair with these weights near each other along the normal to the node."""
+    n, a, b, c, d = nodes
+    lower = weights[0] * speed_along(record, a, normal) + weights[1] * speed_along(record, b, normal)
+    upper = weights[2] * speed_along(record, c, normal) + weights[3] * speed_along(record, d, normal)
+    return lower + upper - (weights[0] + weights[1] + weights[2] + weights[3]) * speed_along(record, n, normal)
 
-    What would pass stays on its side, a gap (m) apart if it was so at n, else no nearer than then. The speed of closing has to
-    lose what that takes, at most all of it: rest is always allowed, so no energy arises.
+
+@kernel
+def detect_collision(record, nodes, edges, scene, gap):
+    """Return the Collision of a pair since the last contact, by continuous detection. Reads record, scene.
+
+    edges: whether it is of two edges. What would pass stays on its side, a gap (m) apart if it was so then, else no nearer than
+    then. The speed of closing has to lose what that takes, at most all of it: rest is always allowed, so no energy arises.
     """
     breadth, length = scene.sheet.breadth, scene.step.length
-    end = seen_from(nodes, pair, breadth, 0.0)
-    there = nearest(pair.edges, end)
-    start = seen_from(nodes, pair, breadth, length)
-    crossing = crossing_of_edges(start, end) if pair.edges else crossing_of_face(start, end)
+    end = seen_from(record, nodes, breadth, length)
+    there = nearest(edges, end)
+    start = seen_from(record, nodes, breadth, 0.0)
+    crossing = crossing_of_edges(start, end) if edges else crossing_of_face(start, end)
     time, distance, apart = crossing.time, there.distance, (0.0, 0.0, 0.0)
     if time <= 1.0:
-        closing = closing_along(nodes, pair, crossing.weights, crossing.normal)
+        closing = closing_along(record, nodes, crossing.weights, crossing.normal)
         if abs(closing) * length <= ROUND_OFF * gap:  # all in one plane, as on the ground: there are no sides
             return Collision(distance, Found.APART, 0.0, apart, there.weights)
         if closing > 0.0:
@@ -342,15 +396,15 @@ def detect_collision(nodes, pair, scene, gap):
             return Collision(distance, Found.PASSES, slowing, crossing.normal, crossing.weights)
     elif distance >= gap or not there.presses:
         return Collision(distance, Found.APART, 0.0, apart, there.weights)
-    before = nearest(pair.edges, start)
+    before = nearest(edges, start)
     old = before.distance
     if time > 1.0 and (distance > TINY_GAP * gap or distance >= HELD_PART * min(gap, old) or not before.presses):
         return Collision(distance, Found.APART, 0.0, apart, there.weights)
-    # In the plane of the face, or turned right over within the step: the direction at n still tells the sides.
+    # In the plane of the face, or turned right over since: the direction then still tells the sides.
     scale = 1.0 / max(old, SMALLEST)
     x, y, z = before.vector
     normal = (scale * x, scale * y, scale * z)
-    closing = closing_along(nodes, pair, before.weights, normal)
+    closing = closing_along(record, nodes, before.weights, normal)
     slowing = slowing_of(closing, old, gap, length)
     found = Found.PASSES if time <= 1.0 else Found.TOUCHES if slowing > 0.0 else Found.APART
     return Collision(distance, found, slowing, normal, before.weights)
@@ -358,7 +412,7 @@ def detect_collision(nodes, pair, scene, gap):
 
 @kernel
 def slowing_of(closing, old, gap, length):
-    """Return what a speed of closing (m/s) has to lose: the lesser of a gap and the distance old (m) at n is left at n+1.
+    """Return what a speed of closing (m/s) has to lose: the lesser of a gap and the distance old (m) at n is left at its end.
 
     What was far too near rebounds by half, lest round-off decide.
     """

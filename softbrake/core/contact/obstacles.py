@@ -62,12 +62,6 @@ def reaches_up(step, z, w):
 
 
 @kernel
-def may_be_inside(obstacles, step, x, z, w):
-    """Return whether a pushed node at x, z (m) with w (m/s) may be in ground, cover or cargo, or beyond the axis."""
-    return z < obstacles.ground or x < least_radius(obstacles) or reaches_up(step, z, w)
-
-
-@kernel
 def allowed_place(obstacles, gap, x, y, z, new_x, new_y, new_z):
     """Return the place nearest to a node's new one that cover and cargo leave it (m), heights counted from the cover.
 
@@ -105,6 +99,22 @@ def allowed_place(obstacles, gap, x, y, z, new_x, new_y, new_z):
                 new_x *= outwards
                 new_y *= outwards
     return new_x, new_y, new_z
+
+
+@kernel
+def place_left(obstacles, step, start, end):
+    """Return what obstacles add to a node's way (m) from start to end, in x, y, z; and of z what cover and cargo, and the ground.
+
+    Nothing where they leave it its place. Reads step: a Step between start and end.
+    """
+    x, y, z = end
+    new_x, new_y, new_z, least = x, y, z - step.next_cover, least_radius(obstacles)
+    if max(z - step.next_cover, start[2] - step.cover) > -step.gap:
+        new_x, new_y, new_z = allowed_place(obstacles, step.gap, start[0], start[1], start[2] - step.cover, x, y, new_z)
+    on_cargo = new_z - (z - step.next_cover)
+    new_x = max(new_x, least)
+    on_ground = max(obstacles.ground - (z + on_cargo), 0.0)
+    return new_x - x, new_y - y, on_cargo + on_ground, on_cargo, on_ground
 
 
 @kernel

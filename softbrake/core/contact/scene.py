@@ -1,7 +1,5 @@
 """What the kernels of contact between rows read: a ContactScene of the shell or of a meridian."""
 
-from numba import int64
-
 from softbrake.core.arrays import PAD, ContactScene, Sheet
 from softbrake.core.contact.obstacles import in_the_way, may_touch
 from softbrake.core.jit import kernel
@@ -21,12 +19,6 @@ def scene_of_meridian(model, step):
     obstacles, edge = model.obstacles, model.shape.least_1
     sheet = Sheet(model.n1, 1, 1, 0, 0.5 * edge, edge, in_the_way(obstacles, may_touch(obstacles, step)))
     return ContactScene(model.mass, step, sheet)
-
-
-@kernel
-def row_of(sheet, node):
-    """Return the row of a node."""
-    return int64(node) // sheet.stride
 
 
 @kernel

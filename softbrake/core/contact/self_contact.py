@@ -10,50 +10,52 @@ contact and friction for cloth animation (2002), and their order: what never pas
 
 from math import inf, sqrt
 
-from numba import uint64
+from numba import float32, uint64
 
-from softbrake.core.arrays import PAD, ContactCount, Impulses
+from softbrake.core.arrays import PAD, ContactCount, Impulses, Meeting, Place
 from softbrake.core.contact.broad_phase import find_pairs
 from softbrake.core.contact.constants import (
+    BATCH,
     COLLISION_GAP,
     COLLISION_PASSES,
     EXACT_PASSES,
     FEW_PAIRS,
-    LAST_GAPS,
-    LEAST_SCALE,
+    IDLE_STEPS,
     MANY_PAIRS,
     MARGIN_STEPS,
     MOST_SCALE,
     OVERRELAXATION,
     REST_MARGIN,
+    SINGLE,
     SMALLEST,
     SPRING,
     THICKNESS,
     THICKNESS_PASSES,
     THICKNESS_REBOUND,
     TINY_THICKNESS,
-    TRAVEL_ALLOWANCE,
     UPRIGHT,
     WATCHED_TRAVEL,
 )
-from softbrake.core.contact.impulses import may_pass, rigidify, separate_pair
-from softbrake.core.contact.narrow_phase import Found, closing_along, detect_collision, nearest, seen_from
-from softbrake.core.contact.pairs import PairState, load_state, pair_of, store_state, travel_of
+from softbrake.core.contact.impulses import clear_of, may_pass, rigidify, separate_pair
+from softbrake.core.contact.narrow_phase import Found, closing_along, detect_collision, find_nearest
+from softbrake.core.contact.pairs import PairState, load_state, nodes_in, nodes_of, store_state
+from softbrake.core.contact.records import load_records, step_since, store_records, update_faces
 from softbrake.core.contact.scene import available_space, scene_of_meridian, scene_of_shell
 from softbrake.core.jit import kernel
+from softbrake.core.lanes import ONE
 
 
 @kernel
 def resolve_self_contact(model, nodes, work, by_column, impulse, self_contact, step, touching):
-    """Resolve self-contact of the full shell in the step to n+1, where it is asked for: self_contact is not None.
+    """Resolve self-contact of the full shell since the last contact, where it is asked for: self_contact is not None.
 
     Reads model, step; touching: whether cover and cargo are in the way. Writes nodes, work.contact; by_column.kinetic; impulse
     (N s, upwards: on the cargo, of the ground on the fabric); self_contact.
     """
     if self_contact is None:  # decided by type: the rest is not compiled
         return
-    impulses = Impulses(work.contact, by_column.kinetic, impulse, self_contact.stamp)
-    resolve_under_cover(nodes, impulses, self_contact, scene_of_shell(model, step, touching))
+    impulses = Impulses(work.contact, by_column.kinetic, impulse)
+    resolve_under_cover(nodes, impulses, self_contact, scene_of_shell(model, step_since(self_contact, step), touching))
 
 
 @kernel
@@ -65,8 +67,8 @@ def resolve_self_contact_of_meridian(model, nodes, meridian, self_contact, step)
     """
     if self_contact is None:
         return 0
-    impulses = Impulses(meridian.contact, meridian.kinetic, meridian.impulse, self_contact.stamp)
-    resolve_under_cover(nodes, impulses, self_contact, scene_of_meridian(model, step))
+    impulses = Impulses(meridian.contact, meridian.kinetic, meridian.impulse)
+    resolve_under_cover(nodes, impulses, self_contact, scene_of_meridian(model, step_since(self_contact, step)))
     return self_contact.counts[ContactCount.DUE]
 
 
@@ -74,237 +76,241 @@ def resolve_self_contact_of_meridian(model, nodes, meridian, self_contact, step)
 def resolve_under_cover(nodes, impulses, self_contact, scene):
     """Resolve self-contact while the row on the cover, which is pushed last, stands where it is foreseen. See resolve_pairs."""
     step, sheet = scene.step, scene.sheet
-    space = step.next_cover - sheet.obstacles.ground
-    if self_contact.counts[ContactCount.DUE] == 0 or space <= LAST_GAPS * step.gap:
+    if self_contact.counts[ContactCount.DUE] == 0 or step.next_cover - sheet.obstacles.ground <= 0.0:
         return
     top = sheet.rows * sheet.stride + sheet.first
     copies = int(sheet.columns > 1)
-    old, speed = nodes.w[top], (step.next_cover - step.cover) / step.length
+    old_height, old, speed = nodes.z[top], nodes.w[top], (step.next_cover - step.cover) / step.length
     for a in range(top - copies, top + sheet.columns + copies):
         nodes.z[a] = step.next_cover
         nodes.w[a] = speed
-    resolve_pairs(nodes, impulses, self_contact, scene)
+    if resolve_pairs(nodes, impulses, self_contact, scene):
+        self_contact.since[0], self_contact.since[1] = step.length, step.cover
+        self_contact.counts[ContactCount.OPEN] += 1
+    else:
+        store_records(nodes, impulses, self_contact, scene)
+        self_contact.since[2] = self_contact.since[0]
+        self_contact.counts[ContactCount.OPEN] = 0
     for a in range(top - copies, top + sheet.columns + copies):
-        nodes.z[a] = step.cover
+        nodes.z[a] = old_height
         nodes.w[a] = old
 
 
 @kernel
 def resolve_pairs(nodes, impulses, self_contact, scene):
-    """Resolve self-contact in the step to n+1. Reads scene. Writes nodes, impulses, self_contact."""
-    counts, sheet = self_contact.counts, scene.sheet
-    if add_travel(nodes, self_contact, sheet, scene.step.length) or counts[ContactCount.STALE] == 1:
+    """Resolve self-contact since the last contact, in the records of the nodes. Returns whether there was no room for all pairs.
+
+    Then nothing has been done yet. Reads nodes, scene. Writes impulses, self_contact.
+    """
+    counts, sheet, record, active = self_contact.counts, scene.sheet, self_contact.record, self_contact.active
+    if load_records(nodes, self_contact, scene) or counts[ContactCount.STALE] == 1:
         update_pairs(self_contact, nodes, sheet)
-    active = activate_pairs(nodes, self_contact, scene)
-    if active == (0, 0):
-        return
-    for _ in range(THICKNESS_PASSES):
-        counts[ContactCount.PASSES] += 1
-        for k in range(active[0] + active[1]):
-            keep_thickness(nodes, impulses, self_contact, scene, slot_of(k, active, self_contact))
-    tries, pushed, stuck = 0, 1, 0
+    if overflown(self_contact):
+        return True
+    if counts[ContactCount.FACES] + counts[ContactCount.EDGES] == 0:
+        counts[ContactCount.ACTIVE] = 0
+        return False
+    update_faces(self_contact, sheet)
+    thick, gap, length = THICKNESS * available_space(scene), COLLISION_GAP * available_space(scene), scene.step.length
+    faces = activate_pairs(self_contact, sheet, False, thick, length, 0)
+    count = activate_pairs(self_contact, sheet, True, thick, length, faces)
+    counts[ContactCount.ACTIVE] = count
+    if count > active.nodes.shape[0]:
+        return True
+    clear = clear_of(scene)
+    now = 0
+    for _ in range(THICKNESS_PASSES if count > 0 else 0):
+        now += 1
+        keep_thickness(record, impulses, active, scene, clear, now, count)
+    tries, pushed, stuck = 0, count, 0
     most = COLLISION_PASSES if sheet.columns > 1 else 2 * COLLISION_PASSES
     while pushed > 0 and tries < most:
-        pushed, stuck = separate_pairs(nodes, impulses, self_contact, scene, active, tries)
+        now += 1
+        pushed, stuck = separate_pairs(record, impulses, active, scene, clear, (faces, count, now, tries), gap)
         tries += 1
+    counts[ContactCount.PASSES] += now
     if pushed + stuck > 0:
-        record_missed_collisions(nodes, self_contact, scene, active)
-
-
-@kernel
-def add_travel(nodes, self_contact, sheet, length):
-    """Add what the nodes travel in the step (s) to their paths. Returns whether one has used up its margin.
-
-    Reads nodes, sheet. Writes self_contact.travel, path, face_travel, face_path.
-    """
-    u, v, w, path, travel, margin = nodes.u, nodes.v, nodes.w, self_contact.path, self_contact.travel, self_contact.margin
-    used_up, count = 0, uint64(sheet.columns + int(sheet.columns > 1))
-    for i in range(uint64(sheet.rows + 1)):
-        start = i * uint64(sheet.stride) + uint64(sheet.first)
-        for a in range(start, start + count):
-            way = TRAVEL_ALLOWANCE * length * sqrt(u[a] * u[a] + v[a] * v[a] + w[a] * w[a])
-            travel[a] = way
-            path[a] += way
-            used_up |= int(path[a] > margin[a])
-    if self_contact.counts[ContactCount.PAIRS] > 0:
-        update_faces(self_contact, sheet)
-    return used_up > 0
-
-
-@kernel
-def update_faces(self_contact, sheet):
-    """Write the largest path and travel of the corners of each face, by its lower left one; rows end in copies, and padding.
-
-    Reads self_contact.path, travel, sheet. Writes self_contact.face_path, face_travel.
-    """
-    path, travel, face_path, face_travel = (
-        self_contact.path,
-        self_contact.travel,
-        self_contact.face_path,
-        self_contact.face_travel,
-    )
-    above, right = uint64(sheet.stride), uint64(sheet.columns > 1)
-    for a in range(uint64(path.size) - above - right):
-        b, c, d = a + right, a + above, a + above + right
-        face_path[a] = max(path[a], path[b], path[c], path[d])
-        face_travel[a] = max(travel[a], travel[b], travel[c], travel[d])
-    for a in range(uint64(path.size) - above - right, uint64(path.size)):  # a row of nodes above all faces, each as the cover
-        face_path[a] = path[a]
-        face_travel[a] = travel[a]
+        record_missed_collisions(self_contact, scene, faces, count, gap)
+    return False
 
 
 @kernel
 def update_pairs(self_contact, nodes, sheet):
     """Search for near pairs anew (broad phase): all that may become active before a node has travelled its margin.
 
-    The fewer pairs there are, the wider the margins, and the later the next search. Where the arrays do not hold them all,
-    margins are narrowed for now, and the arrays enlarged before the next step. Reads nodes, sheet. Writes self_contact.
+    The fewer pairs there are, the wider the margins, and the later the next search. Reads nodes, sheet. Writes self_contact.
     """
-    counts, scale, path, margin = self_contact.counts, self_contact.scale, self_contact.path, self_contact.margin
-    capacity = self_contact.pairs.key.size
-    for a in range(path.size):
-        path[a] = self_contact.travel[a]  # what is searched for stands at n+1, what is active at n
-    count = -1
-    while count < 0 or (count > capacity and scale[0] > LEAST_SCALE):
-        scale[0] *= 1.0 if count < 0 else 0.5
-        for a in range(path.size):
-            margin[a] = scale[0] * (REST_MARGIN * sheet.edge + MARGIN_STEPS * self_contact.travel[a])
-        count = find_pairs(nodes, self_contact, sheet, THICKNESS * sheet.edge)
-        counts[ContactCount.SEARCHES] += 1
-        if count > capacity:
-            counts[ContactCount.OVERFLOW] = 1
-    faces = sheet.rows * sheet.columns
+    counts, scale, margin = self_contact.counts, self_contact.scale, self_contact.margin
+    path, reached, travel = self_contact.path, self_contact.reached, self_contact.travel
+    for a in range(uint64(margin.size)):
+        path[a] = travel[a]
+        reached[a] = travel[a]  # what is searched for stands at n+1, what is active at the last contact
+        margin[a] = scale[0] * (REST_MARGIN * sheet.edge + MARGIN_STEPS * travel[a])
+    find_pairs(nodes, self_contact, sheet, THICKNESS * sheet.edge)
+    counts[ContactCount.SEARCHES] += 1
+    counts[ContactCount.STALE] = 0
+    count, faces = counts[ContactCount.FACES] + counts[ContactCount.EDGES], sheet.rows * sheet.columns
     if count < FEW_PAIRS * faces:
         scale[0] = min(2.0 * scale[0], MOST_SCALE)
     elif count > MANY_PAIRS * faces:
         scale[0] = max(0.5 * scale[0], 1.0)
-    counts[ContactCount.PAIRS] = min(count, capacity)
-    counts[ContactCount.STALE] = 0
-    update_faces(self_contact, sheet)
 
 
 @kernel
-def activate_pairs(nodes, self_contact, scene):
-    """Find the pairs active in this step, and how they stand at n. Returns how many of each kind.
+def activate_pairs(self_contact, sheet, edges, thick, length, count):
+    """Find the active pairs of one kind, and how they stood at the last contact, and add them to so many. Returns how many then.
 
-    A pair at some distance is active once it can have travelled it. Slots of pairs.active and state are taken from the front by
-    nodes and faces, from the end by edges. Reads nodes, scene. Writes self_contact.pairs.active_from, active, state.
+    A pair at some distance is active once it can have travelled it. All are counted, but only those written for which
+    self_contact.active has room. edges: whether those of two edges; thick: thickness, m; length: since then, s. Writes
+    self_contact.pairs.active_from, active.
     """
-    pairs, sheet, length = self_contact.pairs, scene.sheet, scene.step.length
-    thick = THICKNESS * available_space(scene)
-    front, back = 0, 0
-    for k in range(self_contact.counts[ContactCount.PAIRS]):
-        key = pairs.key[k]
-        travelled = travel_of(self_contact.path, self_contact.face_path, key)
-        if travelled < pairs.active_from[k]:
-            continue
-        pair = pair_of(key, sheet)
-        start = seen_from(nodes, pair, sheet.breadth, length)
-        points = nearest(pair.edges, start)
-        travel = travel_of(self_contact.travel, self_contact.face_travel, key)
-        pairs.active_from[k] = travelled - travel + points.distance - thick
-        if points.distance > thick + travel:
-            continue
-        front, back = front + int(not pair.edges), back + int(pair.edges)
-        slot = pairs.key.size - back if pair.edges else front - 1
-        pairs.active[slot] = key
-        store_state(pairs.state, slot, state_of(pair.edges, start, points, thick, length))
-    return front, back
+    pairs, reached, due, counts = self_contact.pairs, self_contact.reached, self_contact.due, self_contact.counts
+    first, second, active_from = pairs.first, pairs.second, pairs.active_from
+    size, lines = uint64(self_contact.margin.size), counts[ContactCount.EDGES]
+    k, end = uint64(first.size - lines if edges else 0), uint64(first.size if edges else counts[ContactCount.FACES])
+    offset, shift = size if edges else uint64(0), uint64(1 if edges else 0)  # travel of edges is that of their faces
+    while k < end:
+        found = uint64(0)
+        while k < end and found + uint64(BATCH // 8) < uint64(BATCH):
+            for m in range(k, min(k + uint64(BATCH) - found, end)):
+                due[0, found] = m
+                way = reached[offset + (uint64(first[m]) >> shift)] + reached[size + (uint64(second[m]) >> shift)]
+                found += uint64(way >= active_from[m])
+                k = m + ONE
+        gather(self_contact, sheet, edges, found)
+        find_nearest(edges, self_contact.given, self_contact.found, found)
+        count = sort_out(self_contact, sheet, edges, thick, length, found, count)
+    return count
 
 
 @kernel
-def slot_of(k, active, self_contact):
-    """Return the slot of the k-th pair active: nodes and faces first, for edges then often find nothing left to separate."""
-    return k if k < active[0] else self_contact.pairs.active.size - 1 - (k - active[0])
+def gather(self_contact, sheet, edges, count):
+    """Write the corners' places (m) at the last contact, as seen from the node, of the pairs due to self_contact.given."""
+    given, record, due, pairs = self_contact.given, self_contact.record, self_contact.due, self_contact.pairs
+    for i in range(count):
+        k = uint64(due[0, i])
+        n, a, b, c, d = nodes_of(edges, uint64(pairs.first[k]), uint64(pairs.second[k]), sheet)
+        px, py, pz = record.place[n, Place.X], record.place[n, Place.Y], record.place[n, Place.Z]
+        low, high = py + sheet.breadth, py - sheet.breadth
+        given[0, i], given[1, i] = record.place[a, Place.X] - px, record.place[b, Place.X] - px
+        given[2, i], given[3, i] = record.place[c, Place.X] - px, record.place[d, Place.X] - px
+        given[4, i], given[5, i] = record.place[a, Place.Y] - low, record.place[b, Place.Y] - high
+        given[6, i], given[7, i] = record.place[c, Place.Y] - high, record.place[d, Place.Y] - low
+        given[8, i], given[9, i] = record.place[a, Place.Z] - pz, record.place[b, Place.Z] - pz
+        given[10, i], given[11, i] = record.place[c, Place.Z] - pz, record.place[d, Place.Z] - pz
 
 
 @kernel
-def state_of(edges, start, points, thick, length):
-    """Return the PairState at n of a pair with a thickness (m), for a step (s).
+def sort_out(self_contact, sheet, edges, thick, length, some, count):
+    """Let the pairs due, whose nearest points are found, wait until they may meet, or add them to so many active ones.
 
-    start: its corners seen from the node; points: its Nearest.
+    Returns how many there are then.
     """
-    scale = 1.0 / max(points.distance, SMALLEST)
-    x, y, z = points.vector
-    qx, qy, qz = start
-    own, reach = 0.0, scale * (x * qx[0] + y * qy[0] + z * qz[0])
-    if edges:
-        own, reach = min(reach, 0.0), -inf
-    for k in range(1, 4):
-        reach = max(reach, scale * (x * qx[k] + y * qy[k] + z * qz[k]))
-    reach -= own
-    allowed = (points.distance - thick) / length
+    found, given, due, pairs, active = (
+        self_contact.found,
+        self_contact.given,
+        self_contact.due,
+        self_contact.pairs,
+        self_contact.active,
+    )
+    reached, travel, home, size = self_contact.reached, self_contact.travel, self_contact.home, uint64(self_contact.margin.size)
+    offset, shift, kept = size if edges else uint64(0), uint64(1 if edges else 0), uint64(0)
+    for i in range(some):
+        k = uint64(due[0, i])
+        one, other = offset + (uint64(pairs.first[k]) >> shift), size + (uint64(pairs.second[k]) >> shift)
+        over, way = found[0, i] - thick, travel[one] + travel[other]
+        pairs.active_from[k] = float32(reached[one] + reached[other] - way + over - SINGLE * found[0, i])
+        due[1, kept] = i
+        kept += uint64(over <= way)
+    for m in range(kept):
+        i, slot = uint64(due[1, m]), uint64(count)
+        count += 1
+        if slot >= uint64(active.nodes.shape[0]):
+            continue
+        k = uint64(due[0, i])
+        nodes = nodes_of(edges, uint64(pairs.first[k]), uint64(pairs.second[k]), sheet)
+        for corner in range(5):
+            active.nodes[slot, corner] = home[nodes[corner]]
+        store_state(active.state, slot, state_of(edges, given, found, i, thick, length))
+    return count
+
+
+@kernel
+def state_of(edges, given, found, i, thick, length):
+    """Return the PairState at the last contact of pair i of given, found, with a thickness (m), for a time since (s)."""
+    distance, scale = found[0, i], 1.0 / max(found[0, i], SMALLEST)
+    x, y, z = scale * found[1, i], scale * found[2, i], scale * found[3, i]
+    r0 = x * given[0, i] + y * given[4, i] + z * given[8, i]
+    r1 = x * given[1, i] + y * given[5, i] + z * given[9, i]
+    r2 = x * given[2, i] + y * given[6, i] + z * given[10, i]
+    r3 = x * given[3, i] + y * given[7, i] + z * given[11, i]
+    upper = max(max(r1, r2), r3)
+    reach = upper - min(r0, 0.0) if edges else max(r0, upper)
+    allowed = (distance - thick) / length
     return PairState(
-        (scale * x, scale * y, scale * z),
-        points.weights,
-        inf if not points.presses else allowed if allowed > 0.0 else SPRING * allowed,
-        reach if points.distance > TINY_THICKNESS * thick else inf,
+        (x, y, z),
+        (found[4, i], found[5, i], found[6, i], found[7, i]),
+        inf if found[8, i] == 0.0 else allowed if allowed > 0.0 else SPRING * allowed,
+        (1.0 - SINGLE) * reach if distance > TINY_THICKNESS * thick else inf,
     )
 
 
 @kernel
-def keep_thickness(nodes, impulses, self_contact, scene, slot):
-    """Take from an active pair what it closes faster than its thickness allows.
+def keep_thickness(record, impulses, active, scene, clear, now, count):
+    """Take from active pairs what they close faster than their thickness allows, one after the other.
 
-    No energy arises, since it never separates faster than it closed. Reads self_contact.pairs, counts; scene. Writes nodes,
+    No energy arises, since they never separate faster than they closed. Reads active, scene; now: the pass. Writes record,
     impulses.
     """
-    state = load_state(self_contact.pairs.state, slot)
-    if state.reach == inf:
-        return
-    pair = pair_of(self_contact.pairs.active[slot], scene.sheet)
-    closing = closing_along(nodes, pair, state.weights, state.normal)
-    slowing = min(closing - state.allowed, (1.0 + THICKNESS_REBOUND) * closing)
-    if slowing > 0.0:
-        now = self_contact.counts[ContactCount.PASSES]
-        separate_pair(nodes, impulses, scene, now, pair, state.weights, slowing, state.normal)
+    for slot in range(count):
+        state, nodes = load_state(active.state, slot), nodes_in(slot, active)
+        closing = closing_along(record, nodes, state.weights, state.normal)
+        slowing = min(closing - state.allowed, (1.0 + THICKNESS_REBOUND) * closing)
+        if slowing > 0.0 and state.reach < inf:
+            separate_pair(record, impulses, scene, clear, now, nodes, state.weights, slowing, state.normal)
 
 
 @kernel
-def separate_pairs(nodes, impulses, self_contact, scene, active, tries):
+def separate_pairs(record, impulses, active, scene, clear, which, gap):
     """Separate the active pairs that would pass, one after the other. Returns how many took an impulse, and how many could not.
 
     After the first pass only those are looked at of which a node was pushed in this pass or the one before. What no impulse
     along the normal separates is rigidified, as is all that still passes in the last passes over a meridian.
-    Reads self_contact.pairs, scene. Writes nodes, impulses, self_contact.stamp, counts[PASSES].
+    which: the number of pairs of a node and a face, of all, the pass, and how many were made before. Writes record, impulses.
     """
-    stamp, counts = self_contact.stamp, self_contact.counts
-    before = counts[ContactCount.PASSES]
-    counts[ContactCount.PASSES] += 1
-    gap, pushed, stuck = COLLISION_GAP * available_space(scene), 0, 0
-    for k in range(active[0] + active[1]):
-        slot = slot_of(k, active, self_contact)
-        pair = pair_of(self_contact.pairs.active[slot], scene.sheet)
-        a, b, c, d = pair.corners
-        if tries > 0 and max(stamp[pair.node], stamp[a], stamp[b], stamp[c], stamp[d]) < before:
+    faces, count, now, tries = which
+    pushed, stuck, before, stamp = 0, 0, now - 1, record.stamp
+    for slot in range(count):
+        nodes, edges = nodes_in(slot, active), slot >= faces
+        n, a, b, c, d = nodes
+        if tries > 0 and max(max(max(stamp[n], stamp[a]), stamp[b]), max(stamp[c], stamp[d])) < before:
             continue
-        if not may_pass(nodes, pair, load_state(self_contact.pairs.state, slot), scene.step.length):
+        if not may_pass(record, nodes, edges, load_state(active.state, slot), scene.step.length):
             continue
-        collision = detect_collision(nodes, pair, scene, gap)
+        collision = detect_collision(record, nodes, edges, scene, gap)
         if collision.found == Found.APART:
             continue
         if tries >= COLLISION_PASSES or collision.slowing <= 0.0:
-            rigidify(nodes, impulses, scene, before + 1, pair)
+            rigidify(record, impulses, scene, now, nodes)
             pushed += 1
         else:
             slowing = collision.slowing if tries < EXACT_PASSES else OVERRELAXATION * collision.slowing
-            took = separate_pair(nodes, impulses, scene, before + 1, pair, collision.weights, slowing, collision.normal)
+            took = separate_pair(record, impulses, scene, clear, now, nodes, collision.weights, slowing, collision.normal)
             pushed, stuck = pushed + took, stuck + 1 - took
     return pushed, stuck
 
 
 @kernel
-def record_missed_collisions(nodes, self_contact, scene, active):
+def record_missed_collisions(self_contact, scene, faces, count, gap):
     """Count the pairs that pass though the passes are used up, and raise the largest penetration, over the unloaded cell.
 
-    Reads nodes, self_contact.pairs, scene. Writes self_contact.counts[MISSED], penetration.
+    Reads self_contact.record, active, scene. Writes self_contact.counts[MISSED], penetration.
     """
-    gap = COLLISION_GAP * available_space(scene)
-    for k in range(active[0] + active[1]):
-        slot = slot_of(k, active, self_contact)
-        pair = pair_of(self_contact.pairs.active[slot], scene.sheet)
-        if may_pass(nodes, pair, load_state(self_contact.pairs.state, slot), scene.step.length):
-            collision = detect_collision(nodes, pair, scene, gap)
+    record, active = self_contact.record, self_contact.active
+    for slot in range(count):
+        nodes, edges = nodes_in(slot, active), slot >= faces
+        if may_pass(record, nodes, edges, load_state(active.state, slot), scene.step.length):
+            collision = detect_collision(record, nodes, edges, scene, gap)
             if collision.found == Found.PASSES:
                 self_contact.counts[ContactCount.MISSED] += 1
                 deepest = max(self_contact.penetration[0], collision.distance / scene.sheet.edge)
@@ -377,11 +383,46 @@ def watch_meridian(model, nodes, self_contact, window):
 
 
 @kernel
-def self_contact_due(self_contact):
-    """Return whether self-contact is asked for and possible."""
+def self_contact_in(self_contact, step):
+    """Return what a step has of self-contact: nothing, none yet, or all since the last contact; see Meeting.
+
+    Where no pair was active it is looked at every few steps only, and before the cargo reaches the ground or turns. Reads
+    self_contact, step.
+    """
+    if self_contact is None:
+        return Meeting.NONE
+    if self_contact.counts[ContactCount.DUE] == 0:
+        return Meeting.NONE
+    travel = step.next_cover - step.cover
+    ends = step.next_cover + travel <= 0.0 or travel >= 0.0
+    busy = self_contact.counts[ContactCount.ACTIVE] > 0 or self_contact.counts[ContactCount.OPEN] + 1 >= IDLE_STEPS
+    return Meeting.NOW if ends or busy else Meeting.LATER
+
+
+@kernel
+def contact_open(self_contact):
+    """Return whether contact has been left to the next step."""
     if self_contact is None:
         return False
-    return self_contact.counts[ContactCount.DUE] == 1
+    return self_contact.counts[ContactCount.OPEN] > 0
+
+
+@kernel
+def shift_of(self_contact):
+    """Return the time (s) from the last contact but one to the step that resolved the last: impulses move nodes over it, too."""
+    if self_contact is None:
+        return 0.0
+    return self_contact.since[2]
+
+
+@kernel
+def take_shift(self_contact):
+    """Return shift_of once."""
+    if self_contact is None:
+        return 0.0
+    shift = self_contact.since[2]
+    self_contact.since[2] = 0.0
+    return shift
 
 
 @kernel
@@ -389,7 +430,9 @@ def overflown(self_contact):
     """Return whether the arrays are too small for the pairs there are."""
     if self_contact is None:
         return False
-    return self_contact.counts[ContactCount.OVERFLOW] == 1
+    counts, pairs = self_contact.counts, self_contact.pairs
+    listed = counts[ContactCount.FACES] + counts[ContactCount.EDGES]
+    return listed > pairs.first.size or counts[ContactCount.ACTIVE] > self_contact.active.nodes.shape[0]
 
 
 @kernel
@@ -398,4 +441,6 @@ def note_watch(self_contact, due, square, edge):
     if due == 1 and self_contact.counts[ContactCount.DUE] == 0:
         self_contact.counts[ContactCount.STALE] = 1
     self_contact.counts[ContactCount.DUE] = due
+    if due == 0:
+        self_contact.counts[ContactCount.OPEN] = 0
     return WATCHED_TRAVEL * edge / sqrt(square) if due == 1 and square > 0.0 else inf

@@ -2,15 +2,15 @@
 
 from numba import uint64
 
-from softbrake.core.arrays import GasState, Outcome
+from softbrake.core.arrays import GasState, Meeting, Outcome
 from softbrake.core.cargo import push_cargo, vertical_forces
 from softbrake.core.columns import History
 from softbrake.core.contact.obstacles import add_free_area, any_above, foresee, may_touch, press_row, rub_row
-from softbrake.core.contact.self_contact import overflown, watch_shell, window_of
+from softbrake.core.contact.self_contact import contact_open, overflown, watch_shell, window_of
 from softbrake.core.gas import limit_with_gas
 from softbrake.core.jit import kernel
 from softbrake.core.lanes import FIRST, clear_row, lanes, total
-from softbrake.core.loop.contact_work import add_contact_work_of_shell, begin_contact, resolve_contact
+from softbrake.core.loop.contact_work import add_contact_work_of_shell, begin_contact, leave_contact, resolve_contact
 from softbrake.core.loop.ledger import (
     add_cargo_work,
     clear_sums,
@@ -36,15 +36,14 @@ from softbrake.core.membrane.volume import add_flux, next_volume, shell_volume
 
 
 @kernel
-def take_step(model, state, workspace, meeting):
+def take_step(model, state, workspace, step, meeting):
     """Advance fabric and cargo by one step, row by row from the ground up. Returns the cover's new height (m).
 
     Rows are pushed in place as soon as their forces are whole: their old places live on in the edges.
-    meeting: whether lobes or folds may touch. Writes state, scratch in workspace.
+    meeting: the Meeting of lobes and folds. Writes state, scratch in workspace.
     """
     n1, now = model.n1, state.now
-    dt, uniform = 0.5 * (state.last_step[0] + now[History.TIME_STEP]), now[History.PRESSURE] * model.hoop.gas
-    step = foresee(now, state.nodes.w[uint64(n1) * uint64(model.stride) + FIRST], model.gravity, dt, now[History.TIME_STEP])
+    dt, uniform = step.dt, now[History.PRESSURE] * model.hoop.gas
     touching = may_touch(model.obstacles, step)
     height, wrinkled = 0.0, False
     begin_step_of_shell(model, state.nodes, workspace, uniform)
@@ -61,14 +60,16 @@ def take_step(model, state, workspace, meeting):
         elif i < n1:
             push_free_row(model, state, workspace, step, at, touching)  # (3.2), (3.4)
         else:
-            if meeting:
+            if meeting == Meeting.NOW:
                 resolve_contact(model, state, workspace, step, touching)  # (2.5)
+            elif meeting == Meeting.LATER:
+                leave_contact(model, state, step)
             height = push_cover_row(model, state, workspace, step, at)  # (2.4), (3.4)
         if model.gas.exponent > 0.0:
             add_flux(state.nodes, workspace.area, workspace.by_column, at.node, model.n2)
         add_row_work(model, state.work, workspace, at, wrinkled_below, dt)
     if model.gas.exponent > 0.0:
-        update_volume(model, state, workspace, step, meeting)
+        update_volume(model, state, workspace, step, meeting == Meeting.NOW)
     return height
 
 
@@ -162,18 +163,19 @@ def advance(model, state, workspace, history, interval, most, until):
     Every interval-th step writes a row of state.now at its time n to history, shape (rows, len(History)), and an event one
     for its own time.
     """
-    now, work, by_column = state.now, state.work, workspace.by_column
+    now, work, by_column, top = state.now, state.work, workspace.by_column, uint64(model.n1) * uint64(model.stride) + FIRST
     rows = 0
     done = 0
-    while done < most and now[History.TIME] < until and rows + 1 < history.shape[0]:
+    while done < most and (now[History.TIME] < until or contact_open(state.self_contact)) and rows + 1 < history.shape[0]:
         if state.steps[0] >= state.choice[0]:
             limit = stable_step(model, state.nodes, workspace)
             choose_step(state, limit_with_gas(model, state, workspace.by_row, limit))  # (3.3)
             state.stable_step[0] = min(state.stable_step[0], self_contact_step(model, state, by_column) / model.courant)
         length, dt = begin_step(model, state)
-        meeting = begin_contact(model, state, workspace.before_contact)
-        height = take_step(model, state, workspace, meeting)
-        if meeting:
+        step = foresee(now, state.nodes.w[top], model.gravity, dt, length)
+        meeting = begin_contact(model, state, workspace, step)
+        height = take_step(model, state, workspace, step, meeting)
+        if meeting == Meeting.NOW:
             add_contact_work_of_shell(model, state, workspace, dt, length)
         if state.steps[0] % interval == 0:
             record_history(history, rows, now)
