@@ -8,6 +8,7 @@ import numpy as np
 from softbrake.core.arrays import Floats, Ints
 
 ipctk.set_num_threads(1)
+TOUCHES = 1e-10  # of a side: nearer than that its ends lie in a triangle's plane, and itself on the rim; as in the twin
 INFLATION = 1e-9  # m, of the boxes of its broad phase
 Pair = tuple[tuple[int, int], int]  # a side by its nodes, a face by its lower left one, counted by rows
 
@@ -45,9 +46,12 @@ def passes(places: Floats) -> dict[Pair, int]:
     own = (side[:, :, None] == faces[near[:, 1] // 4][:, None]).any(axis=2).all(axis=1)
     near = near[~common & ~own]
     (a, b), (p, q, r) = points[sides[near[:, 0]].T], points[fans[near[:, 1]].T]
-    apart = volumes(a, p, q, r) * volumes(b, p, q, r) < 0.0
+    here, there = volumes(a, p, q, r), volumes(b, p, q, r)
+    least = TOUCHES * np.linalg.norm(np.cross(q - p, r - p), axis=1) * np.linalg.norm(b - a, axis=1)
+    apart = here * there < 0.0
     around = np.stack((volumes(a, b, p, q), volumes(a, b, q, r), volumes(a, b, r, p)))
     proper = apart & ((around > 0.0).all(axis=0) | (around < 0.0).all(axis=0))
+    proper &= np.abs((here, there, around[0])).min(axis=0) > least
     found: dict[Pair, int] = {}
     for edge, triangle in near[proper]:
         if ipctk.is_edge_intersecting_triangle(*points[sides[edge]], *points[fans[triangle]]):

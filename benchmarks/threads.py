@@ -28,7 +28,7 @@ from softbrake.sim.simulation import Simulation
 
 LAST = 5e-3  # m, of height, in which layers are squeezed
 INTERVAL, LAST_INTERVAL = 2.5e-3, 2e-4  # s, between counts before and after that
-TINY = 1e-9  # m, far above round-off and below the gap kept from the cover
+TINY = 1e-6  # m, the gap kept from the cover: what is no deeper has not passed
 DROPS = {  # overrides of configs/paper-contact.yaml, and the seed of a disturbance
     "no belts": (("belts.count=0",), None),
     "damped": (("pressure.damping=0.0005",), None),
@@ -101,7 +101,7 @@ def walls(case: Case, places: Floats, height: float) -> tuple[int, int, int]:
     """Return how many nodes are in the cargo, sides through the cover at a height (m), and nodes below the ground."""
     z, radius = places[..., 2], np.hypot(places[..., 0], places[..., 1])
     top = height + (case.cargo.height or np.inf)
-    in_cargo = (radius < 0.5 * case.cargo.diameter - 1e3 * TINY) & (z > height + TINY) & (z < top)
+    in_cargo = (radius < 0.5 * case.cargo.diameter - TINY) & (z > height + TINY) & (z < top)
     through = 0
     for a, b in ((places, np.roll(places, -1, axis=1)), (places[:-1], places[1:])):
         low, high = a[..., 2] - height, b[..., 2] - height

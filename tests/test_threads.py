@@ -26,6 +26,8 @@ from softbrake.sim.result_file import ResultFile, read_snapshots
 from softbrake.sim.simulation import Simulation
 from softbrake.sim.threads import ThreadSearch, crossings_of_meridian
 
+pytestmark = pytest.mark.kernels
+
 CONFIGS = Path(__file__).resolve().parents[1] / "configs"
 ROWS, COLUMNS, FINE = 6, 12, 48
 MANY = 10_000  # pairs

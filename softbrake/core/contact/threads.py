@@ -1,16 +1,19 @@
 """Threads: sides that stand through a face. Counted from the places alone, whatever the search for pairs has found.
 
-A side is an edge of the grid, a face the four triangles about the mean of its corners. A side that has an odd number of the four
-between its ends, and no end at a corner of the face, is a thread: an end has gone through the face, or the side past its rim. An
-even number is a side that dips over a warped face and out again. The signs of volumes decide, in doubles; where one is zero
-nothing passes. A side with an end at a corner of the face dips where it starts, and comes out by one pass: that is a hinge, cloth
-folded back onto its neighbour by no more than its warp beyond, and no thread.
+A side is an edge of the grid, a face the four triangles about the mean of its corners. A side that passes an odd number of the
+four, and has no end at a corner of the face, is a thread: one of its ends has gone through the face, or the side past its rim. An
+even number is a side that dips over a warped face and out again. A side with an end at a corner of the face may dip from there
+and passes once on its way out: that is a hinge, cloth folded back onto its neighbour, and no thread. The signs of volumes decide,
+in doubles. Nothing passes where an end lies in the plane of a triangle, or the side on its rim, but for round-off: cloth that
+lies on the ground.
 """
 
-from math import inf
+from math import inf, sqrt
 
 from softbrake.core.contact.narrow_phase import centre_of, triple_product
 from softbrake.core.jit import kernel
+
+TOUCHES = 1e-10  # of a side: nearer than that its ends lie in a triangle's plane, and itself on the rim; far above round-off
 
 
 @kernel
@@ -136,12 +139,14 @@ def triangles_passed(nodes, a, b, corners):
         n = (k + 1) % 4
         if at in (k, n) or spokes[k] * spokes[n] >= 0.0:
             continue
-        if spokes[k] * triple_product(dx, dy, dz, qx[k], qy[k], qz[k], qx[n], qy[n], qz[n]) <= 0.0:
-            continue
         ax, ay, az, bx, by, bz = qx[k] - cx, qy[k] - cy, qz[k] - cz, qx[n] - cx, qy[n] - cy, qz[n] - cz
-        here = triple_product(-cx, -cy, -cz, ax, ay, az, bx, by, bz)
-        there = triple_product(dx - cx, dy - cy, dz - cz, ax, ay, az, bx, by, bz)
-        passed += int(here * there < 0.0)
+        nx, ny, nz = ay * bz - az * by, az * bx - ax * bz, ax * by - ay * bx
+        least = TOUCHES * sqrt((nx * nx + ny * ny + nz * nz) * (dx * dx + dy * dy + dz * dz))
+        here = -(nx * cx + ny * cy + nz * cz)
+        there = here + nx * dx + ny * dy + nz * dz
+        rim = triple_product(dx, dy, dz, qx[k], qy[k], qz[k], qx[n], qy[n], qz[n])
+        if here * there < 0.0 and spokes[k] * rim > 0.0:
+            passed += int(min(abs(here), abs(there), abs(rim)) > least)
     return passed, shared
 
 
