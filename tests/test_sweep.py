@@ -458,6 +458,8 @@ def test_columns_have_units_and_the_timings_come_last(tmp_path: Path) -> None:
         "work_gravity": "J",
         "energy_error": "",
         "missed_collisions": "",
+        "threads": "",
+        "thread_time": "s",
         "wall_seconds": "s",
     }
     assert {name: units[name] for name in expected} == expected

@@ -59,6 +59,16 @@ def openings_in_words(summary: Summary, scale: float = 1.0) -> list[tuple[str, s
     return rows
 
 
+def thread_rows(summary: Summary) -> list[tuple[str, str, str]]:
+    """Threads at the end and when they were first seen: name, number, note; empty where there never were any."""
+    if not summary.threads and summary.thread_time is None:
+        return []
+    first = summary.thread_time
+    when = "" if first is None else f", first seen at {first:.5g} s" if first < summary.end_time else " only"
+    what = "segments that cross" if summary.model.fidelity == "axisymmetric" else "sides through faces"
+    return [("threads", "–" if summary.threads is None else str(summary.threads), f"{what}, at the end{when}")]
+
+
 def gas_energy_rows(gas: GasBalance) -> list[tuple[str, float, str]]:
     """What changed the energy of the gas: name, J, note; what did not is left out."""
     parts = [

@@ -71,6 +71,7 @@ POINT_FIELDS = {
 # One value a snapshot. No name of a point or cell field: readers that look a name up in all of them would take the wrong one.
 SCALARS = {"cover_height": "m", "cargo_velocity": "m/s", "gas_pressure": "Pa"}
 GAS_SCALARS = {"gas_temperature": "K", "gas_mass": "kg"}  # of a gas with a state
+FOLD_SCALARS = {"threads": "1"}  # of a shell whose folds are in contact
 FORMER = {"crossings": "missed_collisions", "ladder": "trials", "minimum_height": "lowest_height"}  # names in older files
 FORMER_SCALARS = {"cover_height": "height", "cargo_velocity": "velocity"}
 PARTS = ("shell", "belt", "lower cover", "upper cover", "ground")  # by the values of the cell array `part`
@@ -179,12 +180,13 @@ class ResultFile:
         pressure: float,
         temperature: float = 0.0,
         mass: float = 0.0,
+        threads: int | None = None,
     ) -> None:
         """Append the shell at an `instant` [s]; it reaches the file within SECONDS_KEPT, or with the next call after that.
 
         `xyz` [m] is (n1+1, n2, 3); `fields` holds every name of POINT_FIELDS, each (n1+1, n2) or, for velocity, (n1+1, n2, 3).
         `height` [m] and `velocity` [m/s, up positive] are the cargo's, `pressure` [Pa] the gas's; so are `temperature` [K] and
-        `mass` [kg] of a gas with a state.
+        `mass` [kg] of a gas with a state. `threads` are those of a shell whose folds are in contact, None is kept as nan.
         """
         step = len(self._times) + len(self._kept.get(self._times, ()))
         ground = _ground_corners(xyz)
@@ -195,8 +197,9 @@ class ResultFile:
             own = np.zeros(components) if components else values.min()
             self._keep(dataset, np.concatenate((values, np.full((len(ground), *components), own))))
         self._keep(self._cell_pressure, np.where(self._under_pressure, pressure, 0.0))
-        scalars = zip((*SCALARS, *GAS_SCALARS), (height, velocity, pressure, temperature, mass), strict=True)
-        for name, value in scalars:
+        counted = math.nan if threads is None else threads
+        scalars = (height, velocity, pressure, temperature, mass, counted)
+        for name, value in zip((*SCALARS, *GAS_SCALARS, *FOLD_SCALARS), scalars, strict=True):
             if name in self._scalars:
                 self._keep(self._scalars[name], np.array([value]))
         for dataset, first, stride in self._offsets:
@@ -283,6 +286,7 @@ class Snapshots:
     xyz: NDArray[np.float32]  # m, (k, n1+1, n2, 3)
     height: Floats  # m, (k,), of the cargo
     velocity: Floats  # m/s, (k,), of the cargo, up positive
+    threads: Floats | None  # (k,), see Summary; None where folds are not in contact, and in older files
     fields: dict[str, NDArray[np.float32]]  # as asked for: (k, n1+1, n2) or (k, n1+1, n2, 3), units in POINT_FIELDS
 
 
@@ -313,8 +317,9 @@ class Result:
         """Read the shell at the recorded instants: places (m), and the fields that are named.
 
         fields: of `velocity` (m/s), `tension_generatrix`, `tension_hoop` (N/m), `stretch_generatrix` and `stretch_hoop`.
-        Returns an object of times (k,), xyz (k, n1+1, n2, 3), height and velocity (k,) of the cargo, upwards positive, and a
-        dict `fields` of arrays (k, n1+1, n2), of velocity (k, n1+1, n2, 3); n1 and n2 are the cells along and around the shell.
+        Returns an object of times (k,), xyz (k, n1+1, n2, 3), height and velocity (k,) of the cargo, upwards positive, threads
+        (k,) or None, and a dict `fields` of arrays (k, n1+1, n2), of velocity (k, n1+1, n2, 3); n1 and n2 are the cells along
+        and around the shell.
         Raises ResultError.
         """
         return read_snapshots(self.path, *fields)
@@ -431,6 +436,7 @@ def read_snapshots(path: Path | str, *fields: str) -> Snapshots:
             xyz=shell("Points"),
             height=scalar("cover_height"),
             velocity=scalar("cargo_velocity"),
+            threads=scalar("threads") if "threads" in root["FieldData"] else None,
             fields={name: shell(f"PointData/{name}") for name in fields},
         )
 
@@ -494,7 +500,8 @@ def _lay_out(file: h5py.File, case: Case) -> None:
     root["CellData/part"] = part
     root["CellData/part"].attrs["legend"] = ", ".join(f"{value} {name}" for value, name in enumerate(PARTS))
     _growing(root, "CellData/pressure", np.float32, (len(part),), "Pa")
-    scalars = SCALARS if case.gas is None else SCALARS | GAS_SCALARS
+    folds = "folds" in case.contact and case.model.fidelity != "lumped"
+    scalars = SCALARS | (GAS_SCALARS if case.gas is not None else {}) | (FOLD_SCALARS if folds else {})
     for name, unit in scalars.items():
         _growing(root, f"FieldData/{name}", np.float64, (_BLOCK,), unit)
     for name in _offsets(points, len(part), scalars):

@@ -81,6 +81,7 @@ from softbrake.sim.summary import (
     doubt_of,
     fabric_in_words,
 )
+from softbrake.sim.threads import ThreadSearch, crossings_of_meridian
 
 KERNELS = {"full": advance, "axisymmetric": advance_meridian, "lumped": advance_lumped}
 REFINED: tuple[Fidelity, ...] = ("lumped", "axisymmetric", "full")  # of a run for a tolerance
@@ -161,6 +162,7 @@ def compile_kernels(wanted: Iterable[tuple[str, bool]] = ALL_KERNELS, report: Ca
         one.advance(most=0)
         one.fields()
         one.disturb(0.0, 0)
+        one.threads()
         update_pressure(one.model, one.state, 0.0, 0.0)
 
 
@@ -231,6 +233,7 @@ class Simulation:
         self.interval = case.output.history_interval  # steps between rows of the history
         self.most = max(NODE_STEPS_PER_CHUNK // ((self.model.n1 + 1) * self.model.n2), 1)  # steps of a chunk
         self.kernel_seconds = 0.0
+        self.thread_time: float | None = None  # s, of the first snapshot with threads
         if case.initial == "inflated" and case.model.fidelity != "lumped":  # gas alone has no shape
             self.inflate()
             shape = self.state.nodes
@@ -393,6 +396,22 @@ class Simulation:
         x, y, z = (grid_view(values, self.model) for values in self.state.nodes[:3])
         return float(max(np.hypot(x, y).std(axis=1).max(), z.std(axis=1).max()))
 
+    def threads(self) -> int | None:
+        """Return how many sides stand through a face, or segments of a meridian cross, as the shell is.
+
+        See core.contact.threads. None without contact of folds, which then may pass, and where the run has left finite numbers.
+        """
+        if self.state.self_contact is None or not math.isfinite(self.now(History.KINETIC_ENERGY)):
+            return None
+        if self.case.model.fidelity in ONE_COLUMN:
+            return crossings_of_meridian(self.model, self.state.nodes)
+        return self.thread_search.find(self.state.nodes).threads
+
+    @cached_property
+    def thread_search(self) -> ThreadSearch:
+        """The search for threads of the full shell."""
+        return ThreadSearch(self.model)
+
     def _progress(self) -> Progress:
         return Progress(
             time=self.now(History.TIME),
@@ -434,6 +453,9 @@ class Simulation:
         update_pressure(self.model, self.state, 0.0, 0.0)
         fields["velocity"] = np.stack([grid_view(part, model) for part in (nodes.u, nodes.v, nodes.w)], axis=-1)
         xyz = np.stack([grid_view(part, model) for part in (nodes.x, nodes.y, nodes.z)], axis=-1)
+        threads = self.threads()
+        if threads and self.thread_time is None:
+            self.thread_time = self.now(History.TIME)
         file.add_snapshot(
             self.now(History.TIME),
             xyz,
@@ -443,6 +465,7 @@ class Simulation:
             pressure=self.now(History.PRESSURE),
             temperature=self.now(History.TEMPERATURE),
             mass=self.now(History.GAS_MASS),
+            threads=threads,
         )
 
     def _above_ground(self, row: float) -> float:
@@ -503,6 +526,8 @@ class Simulation:
             work=Work(*(float(part) for part in self.state.now[list(WORKS)])),
             largest_penetration=0.0 if self_contact is None else float(self_contact.penetration[0]),
             missed_collisions=0 if self_contact is None else int(self_contact.counts[ContactCount.MISSED]),
+            threads=self.threads(),
+            thread_time=self.thread_time,
             energy_error=self.energy_error(),
             energy_made=made,
             steps=steps,

@@ -200,6 +200,19 @@ class Summary:
     missed_collisions: int = answer(
         "", "how often a pair of folds was not kept from passing, in each step; not in the last 1e-5 m"
     )
+    threads: int | None = answer(
+        "",
+        "sides of the grid that stand through a face at the end, or segments of a meridian that cross; "
+        "None where folds are not in contact, and in older result files",
+        default=None,
+        kw_only=True,
+    )
+    thread_time: float | None = answer(
+        "s",
+        "of the first snapshot with threads; None where none has any, or no result file was written",
+        default=None,
+        kw_only=True,
+    )
     energy_error: float = answer(
         "", "residual of the work ledger, or of the gas's own where that is larger, over initial kinetic plus potential energy"
     )

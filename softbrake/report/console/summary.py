@@ -19,6 +19,7 @@ from softbrake.report.words import (
     named,
     openings_in_words,
     outcome_in_words,
+    thread_rows,
     vented_in_words,
     when_in_words,
 )
@@ -171,6 +172,7 @@ def _work(summary: Summary) -> list[Line]:
     if summary.missed_collisions:
         depth = f"of folds, to {100.0 * summary.largest_penetration:.2g}% of a cell"
         table.append(("missed collisions", str(summary.missed_collisions), "", depth))
+    table += [(name, number, "", note) for name, number, note in thread_rows(summary)]
     table.append(("energy residual", f"{summary.energy_error:.2e}", "", "of the initial energy"))
     if made_in_words(summary) == "none":
         table.append(("energy from nowhere", "none"))

@@ -23,6 +23,7 @@ from softbrake.report.words import (
     openings_in_words,
     outcome_in_words,
     speed_in_words,
+    thread_rows,
     vented_in_words,
     when_in_words,
 )
@@ -172,6 +173,7 @@ def _computed(summary: Summary) -> str:
         works += [[name.strip(), f"{value:.2f} J"] for name, value, _ in gas_energy_rows(summary.gas)]
     works.append(["energy residual", f"{summary.energy_error:.1e} of the initial energy"])
     works.append(["energy from nowhere", made_in_words(summary)])
+    works += [[name, f"{number} {note}"] for name, number, note in thread_rows(summary)]
     text = "".join(f"<p>{escape(line)}</p>" for line in lines) + table(("", ""), works, 1)
     if summary.trials:
         rows = [
