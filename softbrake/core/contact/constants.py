@@ -7,6 +7,8 @@ collisions, contact and friction for cloth animation (2002). Log: docs/validatio
 # --- obstacles: ground, cover, cargo, axis ------------------------------------------------------------------------------------
 GAP = 1e-6  # m, least distance kept from the cover and from the axis, so that the side on which a node lies shows; chosen
 ACCELERATION_JUMP = 100.0  # m/s^2, change of the cargo's acceleration from step to step that the gap allows for; chosen
+LAST_GAP = 0.25  # of the cover's height, most of the gap, so that it vanishes with the space; chosen
+LAST_SPACE = 1e-9  # m, left between ground and cover at the impact, far above round-off; there folds pass freely; chosen
 LYING = 1e-9  # part of the cargo's radius and of the gap within which a node lies on a face; chosen, far above round-off
 
 # --- thickness of the cloth: the first passes over the active pairs -----------------------------------------------------------
@@ -26,7 +28,6 @@ TINY_GAP = 1e-3  # collision gaps; nearer than this the direction from face to n
 TOO_NEAR = 0.1  # collision gaps; what was nearer rebounds, lest round-off decide; chosen
 NEAR_REBOUND = 0.5  # of the speed of closing, of what was too near; chosen
 LEAST_MOBILITY = 0.01  # 1/m of a pair over that of a free node: less would multiply impulses without bound; chosen
-LAST_GAPS = 10.0  # gaps of the cover: in less space above the ground, in the last few steps, self-contact is not resolved; chosen
 
 # --- narrow phase: round-off --------------------------------------------------------------------------------------------------
 ROUND_OFF = 1e-12  # collision gaps, by which what lies in one plane seems to pass; chosen

@@ -10,7 +10,7 @@ from numba import uint64
 
 from softbrake.core.arrays import Obstacles, Step
 from softbrake.core.columns import History
-from softbrake.core.contact.constants import ACCELERATION_JUMP, GAP, LYING
+from softbrake.core.contact.constants import ACCELERATION_JUMP, GAP, LAST_GAP, LAST_SPACE, LYING
 from softbrake.core.jit import kernel
 from softbrake.core.lanes import FIRST, close_nodes, close_vectors, lanes
 
@@ -21,17 +21,31 @@ SMALLEST_FORCE = 1e-30  # N
 def foresee(now, velocity, gravity, dt, length):
     """Return the Step from n to n+1: dt from n-1/2 to n+1/2 (s), length (s); velocity (m/s) of the cover at n-1/2.
 
-    The cover moves last, by what presses on it; until then its next place is foreseen by its last acceleration.
+    The cover moves last, by what presses on it; until then its next place is foreseen by its last acceleration. To the fabric it
+    ends on the ground, where nothing is left between the two.
     """
     cover = now[History.HEIGHT]
-    next_cover = cover + length * (velocity + dt * now[History.ACCELERATION])
-    return Step(dt, length, gravity, cover, next_cover, GAP + ACCELERATION_JUMP * dt * length)
+    next_cover = max(cover + length * (velocity + dt * now[History.ACCELERATION]), LAST_SPACE)
+    return Step(dt, length, gravity, cover, next_cover, min(GAP + ACCELERATION_JUMP * dt * length, LAST_GAP * next_cover))
 
 
 @kernel
-def may_touch(obstacles, step):
-    """Return whether the fabric may touch cover or cargo in the step; else the cover is on the ground before that."""
-    return (obstacles.cover == 1 or obstacles.cargo == 1) and step.next_cover > step.gap
+def may_touch(obstacles):
+    """Return whether the fabric may touch cover or cargo."""
+    return obstacles.cover == 1 or obstacles.cargo == 1
+
+
+@kernel
+def end_on_ground(nodes, obstacles, before, within):
+    """Put the nodes where cover and ground leave them at an impact: on the ground if they were below the cover, else above it.
+
+    They go evenly through the step, the cover does not stop at the ground in it. before: height of the cover at n (m); within:
+    time since then (s). Writes nodes, as they are at the impact.
+    """
+    for a in range(nodes.z.size):
+        if nodes.x[a] ** 2 + nodes.y[a] ** 2 < obstacles.cover_radius**2:
+            below = nodes.z[a] - within * nodes.w[a] < before
+            nodes.z[a] = min(nodes.z[a], 0.0) if below else max(nodes.z[a], 0.0)
 
 
 @kernel

@@ -17,7 +17,7 @@ def scene_of_shell(model, step, touching):
 def scene_of_meridian(model, step):
     """Return the ContactScene of a meridian."""
     obstacles, edge = model.obstacles, model.shape.least_1
-    sheet = Sheet(model.n1, 1, 1, 0, 0.5 * edge, edge, in_the_way(obstacles, may_touch(obstacles, step)))
+    sheet = Sheet(model.n1, 1, 1, 0, 0.5 * edge, edge, in_the_way(obstacles, may_touch(obstacles)))
     return ContactScene(model.mass, step, sheet)
 
 

@@ -21,6 +21,7 @@ from softbrake.core.contact.constants import (
     EXACT_PASSES,
     FEW_PAIRS,
     IDLE_STEPS,
+    LAST_SPACE,
     MANY_PAIRS,
     MARGIN_STEPS,
     MOST_SCALE,
@@ -76,7 +77,7 @@ def resolve_self_contact_of_meridian(model, nodes, meridian, self_contact, step)
 def resolve_under_cover(nodes, impulses, self_contact, scene):
     """Resolve self-contact while the row on the cover, which is pushed last, stands where it is foreseen. See resolve_pairs."""
     step, sheet = scene.step, scene.sheet
-    if self_contact.counts[ContactCount.DUE] == 0 or step.next_cover - sheet.obstacles.ground <= 0.0:
+    if self_contact.counts[ContactCount.DUE] == 0 or step.next_cover <= LAST_SPACE:
         return
     top = sheet.rows * sheet.stride + sheet.first
     copies = int(sheet.columns > 1)

@@ -214,7 +214,7 @@ def push_meridian(nodes, meridian, work, obstacles, step, n1):
     x, z, u, w = nodes.x, nodes.z, nodes.u, nodes.w
     dt, length, ground, least = step.dt, step.length, obstacles.ground, least_radius(obstacles)
     per_length = 1.0 / length
-    highest_before, highest = heights_below(step) if may_touch(obstacles, step) else (inf, inf)
+    highest_before, highest = heights_below(step) if may_touch(obstacles) else (inf, inf)
     near = 0
     for i in range(ONE, ONE + lanes(n1 - 1)):
         pull_x, pull_z, _, _ = tensions_at(meridian, i)
@@ -312,7 +312,7 @@ def press_meridian(nodes, obstacles, step, mass, n1):
     Reads mass (kg, by row). Writes nodes. Returns the impulse (N s) on cover and cargo, upwards; the axis takes that which holds
     a slack hoop at least_radius, where the cloth would touch itself.
     """
-    touching, least = may_touch(obstacles, step), least_radius(obstacles)
+    touching, least = may_touch(obstacles), least_radius(obstacles)
     length, impulse, per_length = step.length, 0.0, 1.0 / step.length
     x, z, u, w = nodes.x, nodes.z, nodes.u, nodes.w
     for i in range(ONE, uint64(n1)):

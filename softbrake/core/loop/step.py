@@ -44,7 +44,7 @@ def take_step(model, state, workspace, step, meeting):
     """
     n1, now = model.n1, state.now
     dt, uniform = step.dt, now[History.PRESSURE] * model.hoop.gas
-    touching = may_touch(model.obstacles, step)
+    touching = may_touch(model.obstacles)
     height, wrinkled = 0.0, False
     begin_step_of_shell(model, state.nodes, workspace, uniform)
     for i in range(n1 + 1):

@@ -4,6 +4,7 @@ from math import exp, sqrt
 
 from softbrake.core.arrays import After, GasState, Motion, Outcome, Peak, Source
 from softbrake.core.columns import History
+from softbrake.core.contact.obstacles import end_on_ground
 from softbrake.core.jit import kernel
 from softbrake.core.peaks import raise_peak
 from softbrake.core.pressure import update_pressure
@@ -87,6 +88,8 @@ def end_step(model, state, length, height):
     state.last_step[0] = length
     if outcome != Outcome.RUNNING:
         rewind(state.nodes, length - within)
+        if outcome == Outcome.IMPACT and model.obstacles.cover == 1:
+            end_on_ground(state.nodes, model.obstacles, before, within)
         update_pressure(model, state, 0.0, 0.0)
         now[History.TIME_STEP] = 0.0
     return outcome
