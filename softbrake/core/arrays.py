@@ -431,14 +431,14 @@ class SelfContact(NamedTuple):
     scale: Floats  # (1,), of the margins
     normal: Singles  # (nodes, 3), of the cloth at the last search, shorter than 1 where it is creased
     cell_box: Floats  # m, (7, nodes), low and high x, y, z and margin of each face, or edge on the cover
-    cell_normal: Singles  # (nodes, 3), its normal, zero where it is not flat
     blocks: Floats  # (blocks, len(Box))
     order: Ints  # (blocks,), by lower x
-    cells: Ints  # (3, cells of two blocks), scratch: cell, row, column
+    cells: Ints  # (cells of two blocks,), scratch
     boxes: Floats  # (8, cells of two blocks), scratch
     given: Floats  # m, (12, BATCH), scratch: corners of some pairs seen from the node
     found: Floats  # (9, BATCH), scratch: where these are nearest
     due: Indices  # (2, BATCH + 1), scratch: their numbers
+    zone: Indices  # (nodes,), scratch: see contact.impact_zones
     counts: Ints  # (len(ContactCount),)
     penetration: Floats  # (1,), largest so far, over the unloaded cell
 

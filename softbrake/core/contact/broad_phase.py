@@ -13,7 +13,7 @@ from math import acos, cos, inf, sqrt
 from numba import float32, uint64
 
 from softbrake.core.arrays import Box, ContactCount
-from softbrake.core.contact.constants import BLOCK, FLAT, SINGLE, SMALLEST, SMOOTH_COSINE
+from softbrake.core.contact.constants import BLOCK, SINGLE, SMOOTH_COSINE
 from softbrake.core.contact.pairs import corners_of, end_of
 from softbrake.core.contact.records import row_start
 from softbrake.core.jit import kernel
@@ -153,18 +153,12 @@ def may_touch_each_other(blocks, a, b, reach, wide):
 
 @kernel
 def update_cells(nodes, self_contact, sheet):
-    """Write the boxes (m) of all cells, and their normals, zero where a cell is not flat.
+    """Write the boxes (m) of all cells, with their margins.
 
-    A cell is a face with its lower left node and the edges that start there; of the row on the cover an edge. The normal is that
-    of both diagonals, and a cell is as far from flat as these pass each other.
+    A cell is a face with its lower left node and the edges that start there; of the row on the cover an edge.
     """
-    box, normal, margin, above, right = (
-        self_contact.cell_box,
-        self_contact.cell_normal,
-        self_contact.margin,
-        uint64(sheet.stride),
-        uint64(sheet.columns > 1),
-    )
+    box, margin = self_contact.cell_box, self_contact.margin
+    above, right = uint64(sheet.stride), uint64(sheet.columns > 1)
     x, y, z = nodes.x, nodes.y, nodes.z
     for i in range(sheet.rows + 1):
         start, up = row_start(sheet, i), above if i < sheet.rows else uint64(0)
@@ -174,20 +168,6 @@ def update_cells(nodes, self_contact, sheet):
             box[2, a], box[3, a] = min(min(y[a], y[b]), min(y[c], y[d])), max(max(y[a], y[b]), max(y[c], y[d]))
             box[4, a], box[5, a] = min(min(z[a], z[b]), min(z[c], z[d])), max(max(z[a], z[b]), max(z[c], z[d]))
             box[6, a] = max(max(margin[a], margin[b]), max(margin[c], margin[d]))
-            px, py, pz = x[c] - x[a], y[c] - y[a], z[c] - z[a]
-            qx, qy, qz = x[d] - x[b], y[d] - y[b], z[d] - z[b]
-            nx, ny, nz = py * qz - pz * qy, pz * qx - px * qz, px * qy - py * qx
-            square = max(nx * nx + ny * ny + nz * nz, SMALLEST)
-            warp = nx * (x[b] - x[a]) + ny * (y[b] - y[a]) + nz * (z[b] - z[a])
-            scale = 1.0 / sqrt(square) if warp * warp <= FLAT * square * sqrt(square) else 0.0
-            normal[a, 0], normal[a, 1], normal[a, 2] = scale * nx, scale * ny, scale * nz
-
-
-@kernel
-def neighbours(cells, p, q, columns):
-    """Return whether two cells share a corner, by their rows and columns."""
-    rows, around = abs(cells[1, p] - cells[1, q]), abs(cells[2, p] - cells[2, q])
-    return rows <= 1 and (around <= 1 or around >= columns - 1)
 
 
 @kernel
@@ -195,7 +175,7 @@ def add_pairs(nodes, self_contact, sheet, a, b, near):
     """Add the pairs of block a and block b near each other (m): node and face, and two edges."""
     first = collect_cells(self_contact, sheet, a, b, near, uint64(0))
     last = collect_cells(self_contact, sheet, b, a, near, first) if a != b else first
-    cells, boxes, normal = self_contact.cells, self_contact.boxes, self_contact.cell_normal
+    cells, boxes = self_contact.cells, self_contact.boxes
     for p in range(first):
         low_x, high_x, low_y, high_y = boxes[0, p], boxes[1, p], boxes[2, p], boxes[3, p]
         low_z, high_z, reach, begin = boxes[4, p], boxes[5, p], near + boxes[6, p], p + ONE if a == b else first
@@ -206,10 +186,7 @@ def add_pairs(nodes, self_contact, sheet, a, b, near):
             boxes[7, q] = (reach + boxes[6, q]) ** 2 - (x * x + y * y + z * z)
         for q in range(begin, last):
             if boxes[7, q] >= 0.0:
-                one, other = uint64(cells[0, p]), uint64(cells[0, q])
-                cosine = normal[one, 0] * normal[other, 0] + normal[one, 1] * normal[other, 1] + normal[one, 2] * normal[other, 2]
-                if cosine > SMOOTH_COSINE and neighbours(cells, p, q, sheet.columns):
-                    continue
+                one, other = uint64(cells[p]), uint64(cells[q])
                 add_node_and_face(nodes, self_contact, sheet, one, other, q, near)
                 add_node_and_face(nodes, self_contact, sheet, other, one, p, near)
                 if sheet.columns > 1:
@@ -237,7 +214,7 @@ def collect_cells(self_contact, sheet, block, other, near, count):
             z = max(max(box[4, a] - high_z, low_z - box[5, a]), 0.0)
             reach = more + box[6, a]
             if x * x + y * y + z * z <= reach * reach:
-                cells[0, count], cells[1, count], cells[2, count] = a, i, a - start
+                cells[count] = a
                 for k in range(7):
                     boxes[k, count] = box[k, a]
                 count += ONE

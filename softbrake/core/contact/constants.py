@@ -43,7 +43,6 @@ SINGLE = 1e-6  # part of a distance by which it is shortened for single precisio
 BATCH = 128  # pairs whose nearest points are found in one go: 20 KB, less than the fastest cache has
 BLOCK = 4  # cells along each side of a block; chosen
 SMOOTH_COSINE = 0.7  # of the angle of normals, 45°, within which blocks are smooth; the criterion is Volino's and Provot's
-FLAT = 0.05  # square of the distance of a cell's diagonals over their product, below which it is flat: within some 25°; chosen
 TRAVEL_ALLOWANCE = 1.25  # of the travel before contact, since impulses make some nodes faster; chosen
 REST_MARGIN = 0.06  # edges, margin of a node at rest; chosen
 MARGIN_STEPS = 8.0  # steps at the present speed, margin of a node that moves; chosen

@@ -11,7 +11,7 @@ from numba import uint64
 from softbrake.core.arrays import Place, Speed
 from softbrake.core.contact.constants import LEAST_MOBILITY
 from softbrake.core.contact.narrow_phase import speed_along
-from softbrake.core.contact.obstacles import blocked_part, change_velocity, least_radius, on_cover_or_cargo, on_ground, place_left
+from softbrake.core.contact.obstacles import blocked_part, change_velocity, least_radius, place_left
 from softbrake.core.jit import kernel
 
 
@@ -176,50 +176,6 @@ def hold_record(record, impulses, scene, a):
     record.speed[a, Speed.W] += w / step.length
     impulses.impulse[0] -= on_cargo / (per_mass * step.length)
     impulses.impulse[1] += on_ground / (per_mass * step.length)
-
-
-@kernel
-def rigidify(record, impulses, scene, now, nodes):
-    """Make a pair a rigid impact zone: give all its nodes one velocity, at which they neither near nor part.
-
-    That of their common centre of mass; of the cover or of the ground where these hold one of them, so that all stay there.
-    Reads scene; now: the pass. Writes record, impulses.
-    """
-    step, sheet, obstacles = scene.step, scene.sheet, scene.sheet.obstacles
-    all_mass, pu, pv, pw, held, held_speed, resting, pressed = 0.0, 0.0, 0.0, 0.0, -1, 0.0, False, False
-    last = -1
-    for other in nodes:
-        row = int(other) // sheet.stride
-        m = 0.0 if int(other) == last else scene.mass[row]  # of edges or of a strip one stands there twice
-        last = int(other)
-        u, v, w = record.speed[other, Speed.U], record.speed[other, Speed.V], record.speed[other, Speed.W]
-        all_mass, pu, pv, pw = all_mass + m, pu + m * u, pv + m * v, pw + m * w
-        x, y, z = end_place(record, other, step.length)
-        resting = resting or on_ground(obstacles, z)
-        pressed = pressed or on_cover_or_cargo(obstacles, step, x, y, z)
-        if record.speed[other, Speed.PER_MASS] == 0.0:
-            held = row
-            held_speed = w
-    u, v, w = pu / all_mass, pv / all_mass, pw / all_mass
-    if held >= 0:
-        u, v, w = 0.0, 0.0, held_speed
-    elif pressed:
-        u, v, w = 0.0, 0.0, (step.next_cover - step.cover) / step.length
-    elif resting and w < 0.0:
-        w = 0.0
-    given = 0.0
-    for other in nodes:
-        per_mass = record.speed[other, Speed.PER_MASS]
-        if per_mass > 0.0:
-            pu = (u - record.speed[other, Speed.U]) / per_mass
-            pv = (v - record.speed[other, Speed.V]) / per_mass
-            pw = (w - record.speed[other, Speed.W]) / per_mass
-            push_node(record, impulses, scene, now, other, (pu, pv, pw))
-            given += pw
-    if pressed or held == sheet.rows:
-        impulses.impulse[0] -= given
-    elif resting or held >= 0:
-        impulses.impulse[1] += given
 
 
 @kernel

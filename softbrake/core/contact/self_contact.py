@@ -37,7 +37,8 @@ from softbrake.core.contact.constants import (
     UPRIGHT,
     WATCHED_TRAVEL,
 )
-from softbrake.core.contact.impulses import clear_of, may_pass, rigidify, separate_pair
+from softbrake.core.contact.impact_zones import NO_ZONE, join_zone, settle_zones
+from softbrake.core.contact.impulses import clear_of, may_pass, separate_pair
 from softbrake.core.contact.narrow_phase import Found, closing_along, detect_collision, find_nearest
 from softbrake.core.contact.pairs import PairState, load_state, nodes_in, nodes_of, store_state
 from softbrake.core.contact.records import load_records, step_since, store_records, update_faces
@@ -123,14 +124,20 @@ def resolve_pairs(nodes, impulses, self_contact, scene):
     for _ in range(THICKNESS_PASSES if count > 0 else 0):
         now += 1
         keep_thickness(record, impulses, active, scene, clear, now, count)
-    tries, pushed, stuck = 0, count, 0
-    most = COLLISION_PASSES if sheet.columns > 1 else 2 * COLLISION_PASSES
-    while pushed > 0 and tries < most:
+    tries, passing, zone = 0, count, self_contact.zone
+    while passing > 0 and tries < COLLISION_PASSES:
         now += 1
-        pushed, stuck = separate_pairs(record, impulses, active, scene, clear, (faces, count, now, tries), gap)
+        passing = separate_pairs(record, impulses, active, scene, clear, (faces, count, now, tries), gap)
+        tries += 1
+    if passing > 0:
+        zone[:] = NO_ZONE
+    while passing > 0 and tries < 2 * COLLISION_PASSES:
+        now += 1
+        passing = find_zones(record, active, scene, zone, faces, count, gap)
+        settle_zones(record, impulses, scene, zone, now)
         tries += 1
     counts[ContactCount.PASSES] += now
-    if pushed + stuck > 0:
+    if passing > 0:
         record_missed_collisions(self_contact, scene, faces, count, gap)
     return False
 
@@ -273,14 +280,13 @@ def keep_thickness(record, impulses, active, scene, clear, now, count):
 
 @kernel
 def separate_pairs(record, impulses, active, scene, clear, which, gap):
-    """Separate the active pairs that would pass, one after the other. Returns how many took an impulse, and how many could not.
+    """Separate the active pairs that would pass, one after the other. Returns how many there were.
 
-    After the first pass only those are looked at of which a node was pushed in this pass or the one before. What no impulse
-    along the normal separates is rigidified, as is all that still passes in the last passes over a meridian.
+    After the first pass only those are looked at of which a node was pushed in this pass or the one before.
     which: the number of pairs of a node and a face, of all, the pass, and how many were made before. Writes record, impulses.
     """
     faces, count, now, tries = which
-    pushed, stuck, before, stamp = 0, 0, now - 1, record.stamp
+    passing, before, stamp = 0, now - 1, record.stamp
     for slot in range(count):
         nodes, edges = nodes_in(slot, active), slot >= faces
         n, a, b, c, d = nodes
@@ -289,16 +295,25 @@ def separate_pairs(record, impulses, active, scene, clear, which, gap):
         if not may_pass(record, nodes, edges, load_state(active.state, slot), scene.step.length):
             continue
         collision = detect_collision(record, nodes, edges, scene, gap)
-        if collision.found == Found.APART:
-            continue
-        if tries >= COLLISION_PASSES or collision.slowing <= 0.0:
-            rigidify(record, impulses, scene, now, nodes)
-            pushed += 1
-        else:
+        if collision.found != Found.APART:
             slowing = collision.slowing if tries < EXACT_PASSES else OVERRELAXATION * collision.slowing
-            took = separate_pair(record, impulses, scene, clear, now, nodes, collision.weights, slowing, collision.normal)
-            pushed, stuck = pushed + took, stuck + 1 - took
-    return pushed, stuck
+            separate_pair(record, impulses, scene, clear, now, nodes, collision.weights, slowing, collision.normal)
+            passing += 1
+    return passing
+
+
+@kernel
+def find_zones(record, active, scene, zone, faces, count, gap):
+    """Make zones of the active pairs that still pass. Returns how many there were. Reads record, active, scene. Writes zone."""
+    passing = 0
+    for slot in range(count):
+        nodes, edges = nodes_in(slot, active), slot >= faces
+        if not may_pass(record, nodes, edges, load_state(active.state, slot), scene.step.length):
+            continue
+        if detect_collision(record, nodes, edges, scene, gap).found == Found.PASSES:
+            join_zone(zone, nodes)
+            passing += 1
+    return passing
 
 
 @kernel
