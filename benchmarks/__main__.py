@@ -18,9 +18,8 @@ import tempfile
 from collections.abc import Iterable, Iterator
 from copy import deepcopy
 from pathlib import Path
-from resource import RUSAGE_CHILDREN, getrusage
 from statistics import median
-from time import perf_counter, process_time
+from time import process_time
 from typing import Any
 
 import numba
@@ -33,6 +32,7 @@ import softbrake
 from benchmarks.batch import batch_rate
 from benchmarks.calibration import Calibration
 from benchmarks.gas_cost import batch_cost, step_cost
+from benchmarks.startup import seconds
 from softbrake.case.case import Case
 from softbrake.case.case_file import load_case
 from softbrake.core.arrays import Floats, Outcome, State
@@ -143,26 +143,22 @@ def arrays(part: Any) -> Iterator[Floats]:
 
 def start_up(cold: bool) -> list[Row]:
     """Measure whole processes: `--help`, `check`, a run of one step and a whole one, with their result files."""
-    with tempfile.TemporaryDirectory() as folder:
-        one_step = ["run", str(PAPER), "--quiet", "--set", "time.end=0.001 ms", "--output", f"{folder}/one-step.vtkhdf"]
-        whole = ["run", str(PAPER), "--quiet", "--output", f"{folder}/whole.vtkhdf"]
-        rows = [process("run of one step, kernels not compiled yet", one_step, 1, NUMBA_CACHE_DIR=folder)] if cold else []
-        process("", one_step, 1)  # compiles
+    with tempfile.TemporaryDirectory() as scratch:
+        folder = Path(scratch)
+        one_step = ["run", str(PAPER), "--quiet", "--set", "time.end=0.001 ms", "--output", "one-step.vtkhdf"]
+        whole = ["run", str(PAPER), "--quiet", "--output", "whole.vtkhdf"]
+        process("", one_step, 1, folder)  # compiles, and Python's bytecode too
+        rows = []
+        if cold:
+            rows.append(process("run of one step, kernels not compiled yet", one_step, 1, folder, NUMBA_CACHE_DIR=scratch))
         for name, arguments in (("--help", ["--help"]), ("check", ["check", str(PAPER)]), ("run of one step", one_step)):
-            rows.append(process(name, arguments, 5))
-        return [*rows, process("whole run", whole, 3)]
+            rows.append(process(name, arguments, 5, folder))
+        return [*rows, process("whole run", whole, 3, folder)]
 
 
-def process(name: str, arguments: list[str], count: int, **environment: str) -> Row:
+def process(name: str, arguments: list[str], count: int, folder: Path, **environment: str) -> Row:
     """Return medians of the CPU and wall time (s) of runs of the command line."""
-    environment = {**os.environ, "PYTHONPATH": str(ROOT), **environment}
-    cpu, wall = [], []
-    for _ in range(count):
-        before, start = getrusage(RUSAGE_CHILDREN), perf_counter()
-        subprocess.run([sys.executable, "-m", "softbrake", *arguments], env=environment, check=True, capture_output=True)
-        after = getrusage(RUSAGE_CHILDREN)
-        wall.append(perf_counter() - start)
-        cpu.append(after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime)
+    cpu, wall = zip(*(seconds(ROOT, arguments, folder, **environment) for _ in range(count)), strict=True)
     return {"process": name, "cpu_seconds": median(cpu), "wall_seconds": median(wall)}
 
 

@@ -107,6 +107,30 @@ print(one.state.now.tobytes().hex(), one.state.nodes.x.tobytes().hex())
 # The cache on disk
 
 
+def test_compiled_kernels_are_loaded_without_what_compiles(environment: dict[str, str], tmp_path: Path) -> None:
+    """Most of the CPU of a start was Numba's import of that, and of SciPy. What is not found compiled has it all the same."""
+    code = """
+import sys
+import numpy as np
+from softbrake.core.lanes import close_row
+from softbrake.core.second_order import filter_samples
+samples = np.array([1.0, 2.0, 4.0])
+filter_samples(np.array([0.5, 0.5, 0.0, 0.0, 0.0]), np.zeros(2), samples)
+assert samples.tolist() == [0.5, 1.5, 3.0]
+print(*(name for name in ("numba.np.linalg", "scipy.linalg") if name in sys.modules), end=";")
+close_row(samples, np.uint64(1), 1)
+assert samples.tolist() == [1.5, 1.5, 1.5]
+print(*(len(each.entry.stats.cache_hits) for each in (filter_samples, close_row)))
+"""
+    home = {"NUMBA_CACHE_DIR": str(tmp_path)}
+    compiled, loaded = run(code, environment, **home), run(code, environment, **home)
+    assert "numba.np.linalg" in compiled and compiled.endswith(";0 0\n")
+    assert loaded == ";1 1\n"
+    for file in tmp_path.rglob("lanes.*"):
+        file.unlink()
+    assert run(code, environment, **home) == ";1 0\n"
+
+
 @pytest.fixture
 def cached(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Callable[[], CPUDispatcher]:
     """Call a kernel as a new process would, its code cached in a folder of the test's; gives Numba's dispatcher."""

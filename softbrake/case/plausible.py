@@ -179,3 +179,8 @@ def _step(case: Case) -> float:
     if case.model.fidelity in ONE_COLUMN:
         around = math.sqrt(fabric.E22 * stiffest) / case.shell.diameter  # half the breathing frequency
     return case.time.courant / max(along, around)
+
+
+def in_bytes(size: float) -> str:
+    """A size of memory in words."""
+    return f"{size / 1e9:.3g} GB" if size >= 1e9 else f"{max(size / 1e6, 1):.3g} MB"

@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+import atexit
 import codecs
+import gc
 import io
+import os
 import sys
 from typing import Annotated, Any
 
@@ -32,6 +35,9 @@ COMMANDS = (  # in the order of --help
 )
 
 
+RARELY = (200_000, 20, 100)  # garbage is looked for: more than a start makes, nearly all of which lives to the end
+
+
 class Ascii(io.TextIOWrapper):
     """ASCII under another name: Click takes ASCII for a mistake, and would write UTF-8."""
 
@@ -53,6 +59,9 @@ class App(typer.Typer):
     """The command line as a program runs it."""
 
     def __call__(self, *arguments: Any, **options: Any) -> Any:
+        os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # they wait busily, and no matrix here is large enough for two
+        gc.set_threshold(*RARELY)
+        atexit.register(gc.freeze)  # what is there at the end goes with the process
         sys.stdout, sys.stderr = replacing(sys.stdout), replacing(sys.stderr)
         return super().__call__(*arguments, **options)
 

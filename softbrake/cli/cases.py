@@ -77,7 +77,7 @@ def consider(cases: Iterable[Case], file: CaseFile, *, results: bool = False, at
 
 def refuse_too_large(cases: Iterable[Case], *, results: bool, at_once: int = 1) -> None:
     """End where runs need more memory than this machine, or its container, has. Arguments as of `consider`."""
-    from softbrake.case.plausible import foreseen
+    from softbrake.case.plausible import foreseen, in_bytes
     from softbrake.sim.cores import memory
 
     there = memory()
@@ -86,11 +86,6 @@ def refuse_too_large(cases: Iterable[Case], *, results: bool, at_once: int = 1) 
             cells = f"{case.grid.generatrix} x {case.grid.hoop} cells"
             many = f"{at_once} runs of {cells} at once need" if at_once > 1 else f"{cells} need"
             fail(f"grid: {many} about {in_bytes(needed)} of memory, and there are {in_bytes(there)}; a coarser grid is expected")
-
-
-def in_bytes(size: float) -> str:
-    """A size of memory in words."""
-    return f"{size / 1e9:.3g} GB" if size >= 1e9 else f"{max(size / 1e6, 1):.3g} MB"
 
 
 def warn_of_grid(case: Case) -> None:

@@ -7,7 +7,6 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from softbrake.case.case_file import name_of
 from softbrake.cli.exits import FAILED, fail
 
 if TYPE_CHECKING:
@@ -16,6 +15,8 @@ if TYPE_CHECKING:
 
 def stem(case_file: Path) -> str:
     """How the names of a case's files begin."""
+    from softbrake.case.case_file import name_of
+
     return Path(name_of(case_file)).stem
 
 

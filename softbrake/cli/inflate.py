@@ -7,7 +7,6 @@ from typing import Annotated
 
 import typer
 
-from softbrake.case.case_file import name_of
 from softbrake.cli import cases
 from softbrake.cli.exits import FAILED, INTERRUPTED, compile_for, fail
 from softbrake.cli.files import result_file
@@ -34,7 +33,8 @@ def inflate(
     """Inflate the shell under its cover, held: shape, tensions, force on the cover."""
     if no_results and output is not None:
         fail("--output and --no-results exclude each other")
-    case = cases.load(case_file, overrides)
+    opened = cases.read(case_file, overrides)
+    case = opened.case
     if case.insists:
         typer.echo(cases.SET_ASIDE, err=True)
     results = result_file(case_file, case, output, no_results=no_results, force=force, ending="-inflated.vtkhdf")
@@ -50,7 +50,7 @@ def inflate(
     try:
         answer = at_rest(case, results, residual)
     except ValueError as error:
-        fail(f"{name_of(case_file)}: {error}")
+        fail(f"{opened.name}: {error}")
     except NotInflated as error:
         fail(error, FAILED)
     except KeyboardInterrupt:

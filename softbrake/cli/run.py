@@ -9,8 +9,6 @@ from typing import Annotated
 
 import typer
 
-from softbrake.case.overrides import Override
-from softbrake.case.yaml_nodes import Place
 from softbrake.cli import cases
 from softbrake.cli.answer import check_scale, check_sound, show
 from softbrake.cli.exits import FAILED, INTERRUPTED, compile_for, fail
@@ -46,6 +44,9 @@ def run(
     quiet: Quiet = False,
 ) -> None:
     """Simulate the drop of a case file."""
+    from softbrake.case.overrides import Override
+    from softbrake.case.yaml_nodes import Place
+
     if no_results and output is not None:
         fail("--output and --no-results exclude each other")
     changes: list[str | Override] = [*(overrides or ())]

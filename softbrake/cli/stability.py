@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from softbrake.case.case_file import name_of
 from softbrake.cli import cases
 from softbrake.cli.exits import FAILED, INTERRUPTED, compile_for, fail
 from softbrake.cli.files import check_place, drawing, stem, writing
@@ -50,7 +49,7 @@ def stability(
     case = cases.at_fidelity(opened.case, "full")
     each = [case, *_cases_along(opened, axes)]
     if any(one.model.fidelity == "lumped" for one in each):
-        fail(f"{name_of(case_file)}: a case of fidelity lumped has no grid whose waves could grow; --set model.fidelity=full")
+        fail(f"{opened.name}: a case of fidelity lumped has no grid whose waves could grow; --set model.fidelity=full")
     if case.insists:
         typer.echo(cases.SET_ASIDE, err=True)
     cases.refuse_too_large(each, results=False)
@@ -76,7 +75,7 @@ def stability(
             draw_map(points, axes, picture)
         typer.echo(f"{picture} and {table} written")
     if not own.edge_found:
-        fail(f"{name_of(case_file)}: {edge_in_words(own)}", FAILED)
+        fail(f"{opened.name}: {edge_in_words(own)}", FAILED)
 
 
 def _check_files(picture: Path, table: Path) -> None:

@@ -7,7 +7,6 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from softbrake.case.case_file import name_of
 from softbrake.cli import cases
 from softbrake.cli.exits import FAILED, INTERRUPTED, compile_for, fail
 from softbrake.cli.files import stem, writing
@@ -56,7 +55,7 @@ def sweep(
     opened = cases.read(case_file, overrides)
     designs = cases.designs(opened, vary, mode=mode, samples=samples, seed=seed)
     if not designs.axes:
-        fail(f"{name_of(case_file)}: no section sweep; one, or --vary fabric.E=10kN/m:30kN/m:200, is expected")
+        fail(f"{opened.name}: no section sweep; one, or --vary fabric.E=10kN/m:30kN/m:200, is expected")
     if scheduler is not None and threads is not None:
         fail("--scheduler and --threads exclude each other: workers have threads of their own")
     number, of = _shard(shard)

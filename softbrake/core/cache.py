@@ -69,13 +69,16 @@ class KernelCache(FunctionCache):
     def load_overload(self, sig: Any, target_context: Any) -> Any:
         """Return the compiled kernel for a signature, None where there is none that is sound."""
         try:
-            return super().load_overload(sig, target_context)
+            return self._sound(sig, target_context)
         except Exception as error:  # a pickle of random bytes raises whatever these ask for
             index = Path(self._cache_file._index_path)
             warn(f"a file in {index.parents[1]} cannot be read ({_words(error)}); its kernel is compiled anew")
             with contextlib.suppress(OSError):
                 index.unlink()
             return None
+
+    def _sound(self, sig: Any, target_context: Any) -> Any:
+        return super().load_overload(sig, target_context)
 
     def save_overload(self, sig: Any, data: Any) -> None:
         """Keep a compiled kernel where that is possible."""

@@ -8,10 +8,14 @@ from collections.abc import Callable
 from functools import cached_property
 from typing import Any
 
+from llvmlite.binding import parse_assembly
+from numba.core.caching import FunctionCache
 from numba.core.codegen import JITCodeLibrary
 from numba.core.compiler import Compiler, Flags
 from numba.core.registry import CPUDispatcher
 from numba.core.types import unliteral  # type: ignore[attr-defined]
+
+from softbrake.core.cache import KernelCache
 
 TESTED = "0.68."  # releases of Numba
 OPTIONS = {"nogil": True, "error_model": "numpy", "no_cfunc_wrapper": True}
@@ -32,6 +36,16 @@ class Whole(JITCodeLibrary):
         missing = [one.name for one in self._final_module.functions if one.is_declaration and one.name.startswith(COMPILED)]
         if missing:
             raise Unlinked(f"{self.name} was linked without {', '.join(missing)}; SOFTBRAKE_SIMPLE_JIT=1 compiles it plainly")
+
+    def serialize_using_object_code(self) -> Any:
+        """Return what the cache keeps: machine code, and the names in it.
+
+        Numba keeps what callers would inline as well, and reads it at each start. A driver is called by Python alone.
+        """
+        name, kind, (machine_code, _) = super().serialize_using_object_code()
+        defined = (one.name for one in self._final_module.functions if not one.is_declaration)
+        names = parse_assembly("\n".join(f'define void @"{one}"() {{ unreachable }}' for one in defined))
+        return name, kind, (machine_code, names.as_bitcode())
 
 
 class Options(Flags):
@@ -121,6 +135,18 @@ class Inner(NoAlias):
         return super().compile_extra(function)
 
 
+class QuickCache(KernelCache):
+    """Loads machine code alone. Numba would first import all that it can compile, with SciPy's linear algebra.
+
+    What NoAlias makes calls nothing of that: it counts no references. A kernel that is not found compiled has it loaded then.
+    """
+
+    def _sound(self, sig: Any, target_context: Any) -> Any:
+        with self._guard_against_spurious_io_errors():
+            return self._load_overload(sig, target_context)
+        return None
+
+
 class Kernel(CPUDispatcher):
     """A function that kernels and Python call: for kernels it is a Part; where Python calls it, it gets an entry of its own."""
 
@@ -150,6 +176,13 @@ class Kernel(CPUDispatcher):
 
 def is_known(version: str) -> bool:
     """Return whether a release of Numba was tested, and its inside has all the names that this file overrides."""
-    library = ("add_linking_library", "finalize", "_ensure_finalized", "_get_module_for_linking", "_verify_declare_only_symbols")
-    there = all(hasattr(JITCodeLibrary, name) for name in (*library, "enable_object_caching"))
-    return version.startswith(TESTED) and there and hasattr(CPUDispatcher, "add_overload") and hasattr(Compiler, "compile_extra")
+    names: dict[type, tuple[str, ...]] = {
+        JITCodeLibrary: (
+            *("add_linking_library", "finalize", "_ensure_finalized", "_get_module_for_linking"),
+            *("_verify_declare_only_symbols", "enable_object_caching", "serialize_using_object_code"),
+        ),
+        CPUDispatcher: ("add_overload",),
+        Compiler: ("compile_extra",),
+        FunctionCache: ("_load_overload", "_guard_against_spurious_io_errors"),
+    }
+    return version.startswith(TESTED) and all(hasattr(part, name) for part, known in names.items() for name in known)

@@ -116,7 +116,7 @@ def cached_njit(function: Callable[..., Any], **options: Any) -> Any:
         return dispatcher
     theirs, config.CACHE_DIR = config.CACHE_DIR, str(CACHE_FOLDER)
     try:
-        dispatcher._cache = KernelCache(function)
+        dispatcher._cache = (KernelCache if INLINING is None else INLINING.QuickCache)(function)
     except RuntimeError:  # the folder has no room for one more
         warn(f"{CACHE_FOLDER} cannot be written; each run compiles its kernels")
     finally:

@@ -7,6 +7,7 @@ from numpy.typing import NDArray
 
 from softbrake.core.arrays import Floats
 from softbrake.core.columns import History
+from softbrake.core.second_order import filter_samples
 from softbrake.sim.summary import FilteredPeaks, PeakValue, Phase
 
 CORNER = 2.0775  # Hz per class, where one pass has the gain 0.707; both have it at 1.667
@@ -29,12 +30,30 @@ def low_pass(values: Floats, rate: float, cfc: float) -> Floats:
     rate: samples per second. Equal to the recursion of SAE J211-1, appendix C, to round-off; of no phase. Raises ValueError where
     wd T/2 reaches pi/2, at 4.155 samples per second and class.
     """
-    from scipy.signal import butter, sosfiltfilt  # here, for it loads most of scipy: as long as a short drop takes
-
-    sections = butter(2, CORNER * cfc, fs=rate, output="sos")
+    section = butterworth(CORNER * cfc, rate)
+    b, a = section[:3], np.append(1.0, section[3:])
+    settled = np.linalg.solve([[1.0 + a[1], -1.0], [a[2], 1.0]], b[1:] - a[1:] * b[0])  # delays after a long record of ones
     mirrored = min(round(MIRRORED * rate), len(values) - 1)
-    filtered: Floats = sosfiltfilt(sections, values, padtype="even", padlen=mirrored)
-    return filtered
+    samples = np.concatenate((values[mirrored:0:-1], values, values[-2 : -mirrored - 2 : -1]))
+    for _ in range(2):
+        filter_samples(section, settled * samples[0], samples)
+        samples = samples[::-1].copy()
+    return samples[mirrored : len(samples) - mirrored]
+
+
+def butterworth(corner: float, rate: float) -> Floats:
+    """Return b0, b1, b2, a1, a2 of the low-pass of Butterworth with two poles by the bilinear transform.
+
+    corner: Hz, where its gain is 0.707. rate: samples per second. Raises ValueError where the corner is half of that or more.
+    """
+    if corner >= 0.5 * rate:
+        raise ValueError(f"a corner of {corner:.4g} Hz needs more than {2.0 * corner:.4g} samples a second, not {rate:.4g}")
+    warped = 4.0 * np.tan(0.5 * np.pi * (corner / (0.5 * rate)))
+    poles = warped * -np.exp(1j * np.pi * np.array([-1.0, 1.0]) / 4.0)
+    gain = warped**2 * (1.0 / np.prod(4.0 - poles)).real
+    one, other = (4.0 + poles) / (4.0 - poles)
+    pole = 0.5 * (one + other.conjugate())
+    return np.array([gain, 2.0 * gain, gain, -2.0 * pole.real, pole.real * pole.real + pole.imag * pole.imag])
 
 
 def unfit(time: Floats, cfc: float) -> str | None:

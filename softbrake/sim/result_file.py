@@ -76,7 +76,7 @@ FORMER = {"crossings": "missed_collisions", "ladder": "trials", "minimum_height"
 FORMER_SCALARS = {"cover_height": "height", "cargo_velocity": "velocity"}
 PARTS = ("shell", "belt", "lower cover", "upper cover", "ground")  # by the values of the cell array `part`
 SHELL_PART, BELT, LOWER_COVER, UPPER_COVER, GROUND = range(len(PARTS))
-_COMPRESSED: dict[str, Any] = {"compression": "gzip", "compression_opts": 4, "shuffle": True}
+_COMPRESSED: dict[str, Any] = {"compression": "gzip", "compression_opts": 1, "shuffle": True}
 EXPECTED = "a result file of softbrake run (*.vtkhdf) is expected"
 SECONDS_KEPT = 0.5  # each call of HDF5 costs as much as the data of a small shell, and a flush as ten
 _BYTES_KEPT = 2**26
@@ -126,7 +126,8 @@ class ResultFile:
         self._scalars = dict(root["FieldData"].items())
         self._steps, self._times = root["Steps"], root["Steps/Values"]
         offsets = _offsets(int(root["NumberOfPoints"][0]), len(part), self._scalars)
-        self._offsets = [(self._steps[name], *line) for name, line in offsets.items()]
+        each = ((self._steps[name], *line) for name, line in offsets.items())
+        self._offsets = [(dataset, np.full((1, *dataset.shape[1:]), first), stride) for dataset, first, stride in each]
         self._history = self._file["history"]
         self._kept: dict[h5py.Dataset, list[NDArray[Any]]] = {}
         self._bytes_kept = 0
@@ -203,7 +204,7 @@ class ResultFile:
             if name in self._scalars:
                 self._keep(self._scalars[name], np.array([value]))
         for dataset, first, stride in self._offsets:
-            self._keep(dataset, np.full((1, *dataset.shape[1:]), first + step * stride))
+            self._keep(dataset, first + step * stride)
         self._keep(self._times, np.array([instant]))
         self._write_if_due()
 
@@ -213,7 +214,6 @@ class ResultFile:
         self._write_if_due()
 
     def _keep(self, dataset: h5py.Dataset, rows: NDArray[Any]) -> None:
-        rows = rows.astype(dataset.dtype, copy=False)
         self._kept.setdefault(dataset, []).append(rows)
         self._bytes_kept += rows.nbytes
 
@@ -227,10 +227,10 @@ class ResultFile:
             with held_interrupt():
                 times = self._kept.pop(self._times, [])
                 for dataset, rows in self._kept.items():
-                    _append(dataset, np.concatenate(rows))
+                    _append(dataset, rows)
                 self._file.flush()
                 if times:  # counter and times last, in one write: VTK aborts where there are more times than it counts steps
-                    _append(self._times, np.concatenate(times))
+                    _append(self._times, times)
                     self._steps.attrs.modify("NSteps", len(self._times))
                     self._file.flush()
             if times and self._staged.fault is None:
@@ -563,7 +563,8 @@ def _growing(group: h5py.Group, name: str, dtype: Any, chunk: tuple[int, ...], u
         dataset.attrs["units"] = unit
 
 
-def _append(dataset: h5py.Dataset, rows: NDArray[Any]) -> None:
+def _append(dataset: h5py.Dataset, parts: list[NDArray[Any]]) -> None:
+    rows = np.concatenate(parts, dtype=dataset.dtype)
     old = len(dataset)
     dataset.resize(old + len(rows), axis=0)
     dataset[old:] = rows

@@ -64,7 +64,7 @@ from softbrake.sim.build import (
     without_viscosity,
 )
 from softbrake.sim.cores import memory
-from softbrake.sim.filters import COLUMNS, PEAKS, filtered_peaks, larger
+from softbrake.sim.filters import COLUMNS, LEAST_ROWS, PEAKS, filtered_peaks, larger, low_pass
 from softbrake.sim.interrupt import held_interrupt
 from softbrake.sim.relax import MOST_STEPS, TOLERANCE, Relaxation, relax
 from softbrake.sim.result_file import ResultFile
@@ -148,10 +148,11 @@ def kernel_name(fidelity: str, self_contact: bool) -> str:
 
 
 def compile_kernels(wanted: Iterable[tuple[str, bool]] = ALL_KERNELS, report: Callable[[str], None] = lambda _: None) -> None:
-    """Compile, or load, some of ALL_KERNELS, and those of pictures and disturbances.
+    """Compile, or load, some of ALL_KERNELS, and those of pictures, disturbances and filtered peaks.
 
     report: told the name of each before.
     """
+    low_pass(np.zeros(2), LEAST_ROWS, 1.0)
     for fidelity, self_contact in wanted:
         report(kernel_name(fidelity, self_contact))
         if fidelity == "inflation":

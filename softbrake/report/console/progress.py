@@ -9,10 +9,6 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from typing import TYPE_CHECKING
 
-from rich.console import Console
-from rich.progress import BarColumn, TextColumn
-from rich.progress import Progress as Bar
-
 if TYPE_CHECKING:
     from softbrake.sim.simulation import Progress
 
@@ -69,23 +65,29 @@ def _display(*, quiet: bool, at_once: bool = False) -> Iterator[Callable[[float,
     On a terminal it moves a live bar, elsewhere it prints a plain line every few seconds, both on stderr. Plain lines begin with
     the first words if `at_once`; the function's last argument tells words that are not to wait.
     """
-    console = Console(stderr=True, highlight=False)
     if quiet:
         yield None
-    elif sys.stderr.isatty() and console.is_interactive:
-        with Bar(BarColumn(20), TextColumn("{task.description}", markup=False), console=console, transient=True) as bar:
-            task = bar.add_task("", total=1.0)
-            yield lambda share, words, _: bar.update(task, completed=share, description=words)
-    else:
-        last = -math.inf if at_once else time.monotonic()
+        return
+    if sys.stderr.isatty():
+        from rich.console import Console
+        from rich.progress import BarColumn, TextColumn
+        from rich.progress import Progress as Bar
 
-        def write(_: float, words: str, urgent: bool) -> None:
-            nonlocal last
-            if urgent or time.monotonic() - last >= SECONDS_BETWEEN_LINES:
-                last = time.monotonic()
-                print(words, file=sys.stderr, flush=True)
+        console = Console(stderr=True, highlight=False)
+        if console.is_interactive:
+            with Bar(BarColumn(20), TextColumn("{task.description}", markup=False), console=console, transient=True) as bar:
+                task = bar.add_task("", total=1.0)
+                yield lambda share, words, _: bar.update(task, completed=share, description=words)
+            return
+    last = -math.inf if at_once else time.monotonic()
 
-        yield write
+    def write(_: float, words: str, urgent: bool) -> None:
+        nonlocal last
+        if urgent or time.monotonic() - last >= SECONDS_BETWEEN_LINES:
+            last = time.monotonic()
+            print(words, file=sys.stderr, flush=True)
+
+    yield write
 
 
 def _line(now: Progress) -> str:
