@@ -32,8 +32,10 @@ def stored_columns(sheet):
 def leave_to_next(nodes, self_contact, sheet, step):
     """Leave contact to a later step: keep where the nodes were before this one, if the last one did not.
 
-    Reads nodes as pushed, but for those on the cover. Writes self_contact.
+    Reads nodes as pushed, but for those on the cover. Writes self_contact; nothing where it is None.
     """
+    if self_contact is None:
+        return
     counts, since, record = self_contact.counts, self_contact.since, self_contact.record
     if counts[ContactCount.OPEN] == 0:
         since[0], since[1] = 0.0, step.cover
@@ -135,6 +137,7 @@ def store_records(nodes, impulses, self_contact, scene):
             faster = sqrt(new_square + record.speed[a, Speed.W] ** 2) - sqrt(square)
             path[a] += length * max(faster, 0.0)
             u, v, w = record.speed[a, Speed.U] - mean_u, record.speed[a, Speed.V] - mean_v, record.speed[a, Speed.W] - mean_w
+            v = v if sheet.columns > 1 else 0.0  # what round-off pushes out of the half-plane
             gain = mass * (u * (nodes.u[a] + 0.5 * u) + v * (nodes.v[a] + 0.5 * v) + w * (nodes.w[a] + 0.5 * w))
             slot = uint64(i) if sheet.columns == 1 else j
             impulses.contact[slot] += gain

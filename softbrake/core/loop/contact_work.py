@@ -54,8 +54,7 @@ def begin_contact(model, state, workspace, step):
 @kernel
 def leave_contact(model, state, step):
     """Leave self-contact to a later step, after all free rows are pushed. Writes state.self_contact."""
-    if state.self_contact is not None:
-        leave_to_next(state.nodes, state.self_contact, scene_of_shell(model, step, False).sheet, step)
+    leave_to_next(state.nodes, state.self_contact, scene_of_shell(model, step, False).sheet, step)
 
 
 @kernel
