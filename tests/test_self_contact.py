@@ -957,8 +957,8 @@ def test_arrays_have_room_for_what_there_was() -> None:
     assert lacks_room(few)
     many = with_room(few)
     assert not lacks_room(many)
-    assert {len(part) for part in many.pairs} == {75}
-    assert {len(part) for part in many.active} == {60}
+    assert {len(part) for part in many.pairs} == {62}
+    assert {len(part) for part in many.active} == {50}
     assert all(getattr(many, name) is getattr(few, name) for name in SelfContact._fields if name not in ("pairs", "active"))
     assert many.counts[ContactCount.STALE] == 1
 

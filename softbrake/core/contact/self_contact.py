@@ -150,10 +150,11 @@ def update_pairs(self_contact, nodes, sheet):
     """
     counts, scale, margin = self_contact.counts, self_contact.scale, self_contact.margin
     path, reached, travel = self_contact.path, self_contact.reached, self_contact.travel
+    steps = MARGIN_STEPS / (counts[ContactCount.OPEN] + 1)
     for a in range(uint64(margin.size)):
         path[a] = travel[a]
         reached[a] = travel[a]  # what is searched for stands at n+1, what is active at the last contact
-        margin[a] = scale[0] * (REST_MARGIN * sheet.edge + MARGIN_STEPS * travel[a])
+        margin[a] = scale[0] * (REST_MARGIN * sheet.edge + steps * travel[a])
     find_pairs(nodes, self_contact, sheet, THICKNESS * sheet.edge)
     counts[ContactCount.SEARCHES] += 1
     counts[ContactCount.STALE] = 0
