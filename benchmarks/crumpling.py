@@ -3,7 +3,7 @@
 python -m benchmarks.crumpling --old FOLDER [--seeds N] [--grid 36x90]     FOLDER is a checkout; some minutes
 python -m benchmarks.crumpling                                             without it: search and memory alone
 
-Each drop is one of configs/paper-contact.yaml at the automatic step, disturbed by 1e-4 of the radius, in a process of its own. Both
+Each drop is one of configs/paper-contact.yaml at the automatic step, disturbed by 1e-4 of the radius, in its own process. Both
 trees take turns, kernels compiled before. Ratios are medians of those of neighbours. The search wants the extra `dev`.
 """
 

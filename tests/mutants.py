@@ -36,11 +36,11 @@ class Mutant(NamedTuple):
 KERNELS, FIDELITY, FOLDS, GAS = "test_kernels.py", "test_fidelity.py", "test_self_contact.py", "test_gas.py"
 MUTANTS = (
     Mutant(
-        "pressed pairs stay where they are pressed",
-        "core/contact/impulses.py",
-        "elif pressed:",
-        "elif False:",
-        (f"{FOLDS}::test_what_is_made_rigid_moves_as_what_bears_it",),
+        "pressed zones stay where they are pressed",
+        "core/contact/impact_zones.py",
+        "cover, rising = pressed or held == sheet.rows,",
+        "cover, rising = held == sheet.rows,",
+        (f"{FOLDS}::test_zone_moves_as_what_bears_it",),
     ),
     Mutant(
         "friction of the meridian on the ground halved",
@@ -113,15 +113,15 @@ MUTANTS = (
         (f"{KERNELS}::test_impact_in_a_step",),
     ),
     Mutant(
-        "all of a jump in the mean of the velocities",
+        "way of late contact booked once",
         "core/loop/contact_work.py",
-        "mean.z[c] = 0.5 * (nodes.w[a] - free.z[a])",
-        "mean.z[c] = 1.0 * (nodes.w[a] - free.z[a])",
-        (f"{KERNELS}::test_half_of_a_jump_is_in_the_mean_of_the_velocities",),
+        "workspace, 0.0, 0.5 * take_shift",
+        "workspace, 0.0, 0.0 * take_shift",
+        (f"{FOLDS}::test_works_over_the_way_of_late_contact",),
     ),
     Mutant(
         "work of contact by the velocity after the jump",
-        "core/contact/impulses.py",
+        "core/contact/records.py",
         "gain = mass * (u * (nodes.u[a] + 0.5 * u)",
         "gain = mass * (u * (nodes.u[a] + 1.0 * u)",
         (f"{FOLDS}::test_layers_that_do_not_match_never_pass",),

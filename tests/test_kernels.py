@@ -38,7 +38,7 @@ from softbrake.core.columns import History
 from softbrake.core.contact.obstacles import lying_area
 from softbrake.core.inlining import NoAlias
 from softbrake.core.jit import kernel
-from softbrake.core.loop.contact_work import halve_jumps
+from softbrake.core.loop.contact_work import take_jumps
 from softbrake.core.loop.fields import sample_fields
 from softbrake.core.loop.ledger import add_shear_work
 from softbrake.core.loop.step import advance
@@ -367,17 +367,14 @@ def test_shear_work_is_that_of_the_shear_forces() -> None:
     assert elastic[: model.n2].sum() == pytest.approx(expected, rel=1e-12)
 
 
-def test_half_of_a_jump_is_in_the_mean_of_the_velocities() -> None:
-    """So a force works over it what it would over the mean of before and after: F (v + v')/2 is F v + F (v' - v)/2."""
+def test_jumps_are_taken_with_their_copies() -> None:
+    """A part of each, for the nodes of a row and the copies at both ends."""
     shell = out_of_shape(*VARIANTS["edge"])
     model, row = shell.model, shell.drop.workspace.mean._make
-    free, mean = (row(np.zeros((3, shell.nodes.x.size))) for _ in range(2))
-    for part, values in zip(free, shell.nodes[3:], strict=True):
-        part[:] = 0.25 * values
-    halve_jumps(shell.nodes, free, mean, at(model, 2), at(model, 0), model.n2)
+    jump, mean = row(shell.nodes[3:]), row(np.zeros((3, shell.nodes.x.size)))
+    take_jumps(jump, mean, 0.75, at(model, 2), at(model, 0), model.n2)
     for part, values in zip(mean, np.moveaxis(shell.v, -1, 0), strict=True):
-        half = 0.5 * 0.75 * values[2]
-        assert part[PAD - 1 : PAD + model.n2 + 1] == pytest.approx(np.pad(half, 1, mode="wrap"), rel=1e-15, abs=1e-15)
+        assert part[PAD - 1 : PAD + model.n2 + 1] == pytest.approx(np.pad(0.75 * values[2], 1, mode="wrap"), rel=1e-15, abs=1e-15)
 
 
 # The step

@@ -39,7 +39,7 @@ def test_pictures_from_first_contact_to_impact(tmp_path: Path) -> None:
     assert shots.xyz[..., 2].min() > -1e-6
 
 
-@pytest.mark.parametrize(("contact", "most"), [("solid", 12), ("full", 40)])
+@pytest.mark.parametrize(("contact", "most"), [("solid", 12), ("full", 60)])
 def test_memory_of_a_node(contact: str, most: int) -> None:
     """Doubles of a node of 36 x 90 cells: rows beside the six of places and velocities; folds begin with room for few pairs."""
     ours = drop.Simulation(softbrake.load_case(PAPER, [f"contact={contact}"]))
