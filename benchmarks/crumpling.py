@@ -66,7 +66,7 @@ def drop(tree: Path, seed: int | None, *overrides: str) -> Found:
     """Return what a drop of a tree gives in a process of its own."""
     about = {**os.environ, "PYTHONPATH": str(tree)}
     command = [sys.executable, "-c", DROP, str(tree / "configs" / "paper-contact.yaml"), json.dumps([seed]), *overrides]
-    done = subprocess.run(command, env=about, check=True, capture_output=True, text=True)
+    done = subprocess.run(command, env=about, cwd=tree, check=True, capture_output=True, text=True)
     found: Found = json.loads(done.stdout.splitlines()[-1])
     return found
 
