@@ -61,7 +61,7 @@ RANGES = {
 
 # Bytes a node: state and scratch arrays of the whole shell, by contact (docs/explanation/performance.md); what writing its
 # snapshots takes besides, whatever part of the shell is computed.
-STATE, STATE_BELTS, STATE_FOLDS, SNAPSHOTS = 56, 170, 300, 350
+STATE, STATE_BELTS, STATE_FOLDS, SNAPSHOTS = 56, 170, 750, 350  # of folds those that have crumpled
 # CPU s a node and step, of smooth walls on a core that has others beside it; crumpled walls take several times as long.
 PACE = {"full": 1.5e-8, "axisymmetric": 1.5e-8, "lumped": 1e-8}
 FOLDED = 2.0  # times as long with folds in contact
