@@ -456,13 +456,13 @@ def test_printed_scheme_agrees_with_the_edge_scheme_while_it_lasts() -> None:
 AT_20_MS = {
     "airdrop": 7.849371176385453,
     "airdrop-vented": 8.383806505715286,
-    "belts-list": 5.665623566945826,
+    "belts-list": 5.665624115803854,
     "free-fall": 6.19613300000004,
     "mars": 10.987013025145785,
     "moduli-sweep": 5.616185134182927,
     "no-belts": 5.650497222905332,
     "paper": 5.685530861023098,
-    "paper-contact": 5.685420618714225,
+    "paper-contact": 5.685425951903612,
     "paper-narrow-belts": 5.616185334833607,
     "sine": 5.991799975925745,
 }

@@ -339,6 +339,7 @@ def build_self_contact(nodes: int, rows: int, columns: int, pairs: float) -> Sel
 
     nodes: size of their arrays.
     """
+    active = pairs if columns == 1 else ACTIVE_PART * pairs  # all of a meridian may be active
     blocks, cells = -(-rows // BLOCK) * -(-columns // BLOCK), 2 * (BLOCK + 1) * BLOCK
     home = np.arange(nodes, dtype=np.uint32)
     if columns > 1:
@@ -347,7 +348,7 @@ def build_self_contact(nodes: int, rows: int, columns: int, pairs: float) -> Sel
     return SelfContact(
         record=Records(np.zeros((nodes, 4)), np.zeros((nodes, len(Speed))), np.zeros(nodes, np.uint32)),
         pairs=build_near_pairs(int(pairs * nodes)),
-        active=build_active_pairs(int(ACTIVE_PART * pairs * nodes)),
+        active=build_active_pairs(int(active * nodes)),
         path=np.zeros(nodes, np.float32),
         reached=np.zeros(2 * nodes, np.float32),
         travel=np.zeros(2 * nodes, np.float32),

@@ -287,8 +287,15 @@ class Simulation:
             return float(shell_volume(self.model, self.state.nodes, self.workspace.by_column.rate))  # type: ignore[union-attr]
         return float(volume_of_meridian(self.model, self.state.nodes, self.workspace.volume))  # type: ignore[union-attr]
 
+    @property
+    def contact_open(self) -> bool:
+        """Whether contact of folds has been left to the next step: until then they may stand through one another."""
+        self_contact = self.state.self_contact
+        return self_contact is not None and bool(self_contact.counts[ContactCount.OPEN] > 0)
+
     def advance(self, until: float = math.inf, most: int = 2**62) -> tuple[Floats, Outcome]:
-        """Advance to a time (s) or by a number of steps, and no further than one block of history rows.
+        """Advance to a time (s), and up to three steps more while contact is open, or by a number of steps, and no further than
+        one block of history rows.
 
         Returns the new rows, a view that the next call overwrites, and the outcome: RUNNING where it only paused.
         Adds to kernel_seconds, CPU seconds.
@@ -322,7 +329,7 @@ class Simulation:
         with held_interrupt() as interrupted:
             while outcome == Outcome.RUNNING and not interrupted():
                 now = self.now(History.TIME)
-                if file is not None and now >= due:
+                if file is not None and now >= due and not self.contact_open:
                     self._snapshot(file)
                     due = max((now // interval + 1.0) * interval, math.nextafter(now, math.inf))
                 rows, outcome = self.advance(due, self.most)

@@ -198,7 +198,7 @@ class Summary:
     work: Work = answer("", "done on cargo and shell, J")
     largest_penetration: float = answer("", "of folds into one another, over an unloaded cell")
     missed_collisions: int = answer(
-        "", "how often a pair of folds was not kept from passing, in each step; not in the last 1e-5 m"
+        "", "how often a pair of folds was not kept from passing, at each look at contact; not in the last step"
     )
     threads: int | None = answer(
         "",

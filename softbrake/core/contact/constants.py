@@ -20,7 +20,7 @@ TINY_THICKNESS = 1e-3  # thicknesses; nearer than this the direction from face t
 
 # --- collisions: continuous detection, until nothing passes -------------------------------------------------------------------
 COLLISION_GAP = 1e-3  # edges, or parts of the space as above, at which a pair that would pass is held; chosen
-COLLISION_PASSES = 60  # passes, and as many more over a meridian; what still passes is counted as missed; chosen
+COLLISION_PASSES = 60  # passes, and as many more with rigid zones; what still passes is counted as missed; chosen
 EXACT_PASSES = 4  # passes that take the impulse needed and no more; chosen
 OVERRELAXATION = 1.2  # of the impulse needed, in later passes: fewer passes where other pairs push one back; chosen
 HELD_PART = 0.99  # of the distance to be kept: the rest would take passes without end where a corner lies on the cargo; chosen
@@ -45,11 +45,12 @@ BLOCK = 4  # cells along each side of a block; chosen
 SMOOTH_COSINE = 0.7  # of the angle of normals, 45°, within which blocks are smooth; the criterion is Volino's and Provot's
 TRAVEL_ALLOWANCE = 1.25  # of the travel before contact, since impulses make some nodes faster; chosen
 REST_MARGIN = 0.06  # edges, margin of a node at rest; chosen
-MARGIN_STEPS = 8.0  # steps at the present speed, margin of a node that moves; chosen
-LEAST_SCALE, MOST_SCALE = 0.125, 2.0  # of the margins; chosen
+MARGIN_STEPS = 8.0  # steps at the present speed, margin of a node that moves, however many a look is over; chosen
+MOST_SCALE = 2.0  # of the margins; chosen
 FEW_PAIRS, MANY_PAIRS = 0.3, 3.0  # per face: margins grow below and shrink above; chosen
 
 # --- when self-contact is due, and how long a step may be ---------------------------------------------------------------------
+NEARLY_THERE = 3.0  # steps of the cover before the ground in which self-contact is looked at in each; chosen
 IDLE_STEPS = 4  # steps until self-contact is looked at again where no pair was active; chosen
 UPRIGHT = 0.1  # edges that each edge climbs, or goes round, at least where no self-contact is possible; chosen
 # Log: layers thrown through 0.125 edges in a step lost nodes, through 0.06 none; stable steps take 0.02.

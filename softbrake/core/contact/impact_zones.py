@@ -36,7 +36,10 @@ def join_zone(zone, nodes):
 
 @kernel
 def settle_zones(record, impulses, scene, zone, now):
-    """Give the nodes of each zone the velocity of it. Reads scene, zone; now: the pass. Writes record, impulses."""
+    """Give the nodes of each zone the velocity of it. Reads scene; now: the pass. Writes record, impulses, zone: the roots."""
+    for a in range(uint64(zone.size)):
+        if zone[a] != NO_ZONE:
+            zone[a] = root_of(zone, a)
     for root in range(uint64(zone.size)):
         if uint64(zone[root]) == root:
             settle_zone(record, impulses, scene, zone, root, now)
@@ -46,14 +49,14 @@ def settle_zones(record, impulses, scene, zone, now):
 def settle_zone(record, impulses, scene, zone, root, now):
     """Give the nodes of a zone one velocity: that of their common centre of mass, or of cover or ground where these hold some.
 
-    Between both it is squeezed, each node as fast as it is high: what is squeezed alike does not pass either. Reads scene, zone.
-    Writes record, impulses.
+    Between both it is squeezed, each node as fast as it is high: what is squeezed alike does not pass either. Both take their
+    parts of the impulses by that height. Reads scene, zone. Writes record, impulses.
     """
     step, sheet, speed, obstacles = scene.step, scene.sheet, record.speed, scene.sheet.obstacles
     all_mass, pu, pv, pw, held, resting, pressed = 0.0, 0.0, 0.0, 0.0, -1, False, False
     grounded = False
     for a in range(uint64(zone.size)):
-        if zone[a] == NO_ZONE or root_of(zone, a) != root:
+        if uint64(zone[a]) != root:
             continue
         row = int(a) // sheet.stride
         m = scene.mass[row]
@@ -73,17 +76,16 @@ def settle_zone(record, impulses, scene, zone, root, now):
         u, v, w = 0.0, 0.0, 0.0
     elif resting:
         w = max(w, 0.0)
-    given = 0.0
     for a in range(uint64(zone.size)):
-        if zone[a] == NO_ZONE or root_of(zone, a) != root or speed[a, Speed.PER_MASS] == 0.0:
+        if uint64(zone[a]) != root or speed[a, Speed.PER_MASS] == 0.0:
             continue
         m = 1.0 / speed[a, Speed.PER_MASS]
+        by_cover = 1.0 if cover else 0.0
         if squeezed:
-            w = rising * min(record.place[a, Place.Z] / step.cover, 1.0)
+            by_cover = min(record.place[a, Place.Z] / step.cover, 1.0)
+            w = rising * by_cover
         push = m * (u - speed[a, Speed.U]), m * (v - speed[a, Speed.V]), m * (w - speed[a, Speed.W])
         push_node(record, impulses, scene, now, a, push)
-        given += push[2]
-    if cover:
-        impulses.impulse[0] -= given
-    elif resting or held == 0:
-        impulses.impulse[1] += given
+        if cover or resting or held == 0:
+            impulses.impulse[0] -= by_cover * push[2]
+            impulses.impulse[1] += (1.0 - by_cover) * push[2]

@@ -7,7 +7,7 @@ at this one either, however many steps lie between.
 
 from math import sqrt
 
-from numba import uint64
+from numba import float32, uint64
 
 from softbrake.core.arrays import ContactCount, Place, Speed, Step
 from softbrake.core.contact.constants import TRAVEL_ALLOWANCE
@@ -59,16 +59,37 @@ def step_since(self_contact, step):
 
 
 @kernel
-def load_records(nodes, self_contact, scene):
-    """Write the records of all nodes, and add what they travel to their paths. Returns whether one has used up its margin.
+def add_travel(nodes, self_contact, scene):
+    """Add what the nodes have travelled since the last contact to their paths. Returns whether one has used up its margin.
 
-    Reads nodes, scene. Writes self_contact.record, travel, reached, path.
+    Reads nodes, scene, self_contact.record of contact left to this step. Writes self_contact.travel, reached, path.
     """
-    record, margin, path, sheet = self_contact.record, self_contact.margin, self_contact.path, scene.sheet
-    travel, reached = self_contact.travel, self_contact.reached
-    opened, length, used_up = self_contact.counts[ContactCount.OPEN] > 0, scene.step.length, 0
+    place, margin, path, sheet = self_contact.record.place, self_contact.margin, self_contact.path, scene.sheet
+    travel, reached, length, used_up = self_contact.travel, self_contact.reached, scene.step.length, 0
+    opened, count = self_contact.counts[ContactCount.OPEN] > 0, stored_columns(sheet)
     x, y, z, u, v, w = nodes.x, nodes.y, nodes.z, nodes.u, nodes.v, nodes.w
-    per_length, count = 1.0 / length, stored_columns(sheet)
+    for i in range(sheet.rows + 1):
+        start = row_start(sheet, i)
+        if opened:
+            for a in range(start, start + count):
+                off_x, off_y, off_z = x[a] - place[a, Place.X], y[a] - place[a, Place.Y], z[a] - place[a, Place.Z]
+                travel[a] = TRAVEL_ALLOWANCE * sqrt(off_x * off_x + off_y * off_y + off_z * off_z)
+        else:
+            for a in range(start, start + count):
+                travel[a] = TRAVEL_ALLOWANCE * length * sqrt(u[a] * u[a] + v[a] * v[a] + w[a] * w[a])
+        for a in range(start, start + count):
+            reached[a] = path[a] + travel[a]
+            path[a] += float32(1.0 / TRAVEL_ALLOWANCE) * travel[a]
+            used_up |= int(reached[a] > margin[a])
+    return used_up > 0
+
+
+@kernel
+def load_records(nodes, self_contact, scene):
+    """Write the records of all nodes. Reads nodes, scene. Writes self_contact.record."""
+    record, sheet, length = self_contact.record, scene.sheet, scene.step.length
+    opened, count, per_length = self_contact.counts[ContactCount.OPEN] > 0, stored_columns(sheet), 1.0 / scene.step.length
+    x, y, z, u, v, w = nodes.x, nodes.y, nodes.z, nodes.u, nodes.v, nodes.w
     for i in range(sheet.rows + 1):
         start = row_start(sheet, i)
         per_mass = 1.0 / scene.mass[i] if 0 < i < sheet.rows else 0.0
@@ -86,13 +107,6 @@ def load_records(nodes, self_contact, scene):
                 record.speed[a, Speed.W] = w[a]
             record.speed[a, Speed.PER_MASS] = per_mass
             record.stamp[a] = 0
-            square = record.speed[a, Speed.U] ** 2 + record.speed[a, Speed.V] ** 2 + record.speed[a, Speed.W] ** 2
-            way = length * sqrt(square)
-            travel[a] = TRAVEL_ALLOWANCE * way
-            reached[a] = path[a] + travel[a]
-            path[a] += way
-            used_up |= int(reached[a] > margin[a])
-    return used_up > 0
 
 
 @kernel
@@ -133,11 +147,9 @@ def store_records(nodes, impulses, self_contact, scene):
                     per_length * (nodes.y[a] - y),
                     per_length * (nodes.z[a] - z),
                 )
-            square, new_square = mean_u**2 + mean_v**2 + mean_w**2, record.speed[a, Speed.U] ** 2 + record.speed[a, Speed.V] ** 2
-            faster = sqrt(new_square + record.speed[a, Speed.W] ** 2) - sqrt(square)
-            path[a] += length * max(faster, 0.0)
             u, v, w = record.speed[a, Speed.U] - mean_u, record.speed[a, Speed.V] - mean_v, record.speed[a, Speed.W] - mean_w
             v = v if sheet.columns > 1 else 0.0  # what round-off pushes out of the half-plane
+            path[a] += length * sqrt(u * u + v * v + w * w)
             gain = mass * (u * (nodes.u[a] + 0.5 * u) + v * (nodes.v[a] + 0.5 * v) + w * (nodes.w[a] + 0.5 * w))
             slot = uint64(i) if sheet.columns == 1 else j
             impulses.contact[slot] += gain

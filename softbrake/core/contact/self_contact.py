@@ -10,7 +10,7 @@ contact and friction for cloth animation (2002), and their order: what never pas
 
 from math import inf, sqrt
 
-from numba import float32, uint64
+from numba import float32, float64, uint64
 
 from softbrake.core.arrays import PAD, ContactCount, Impulses, Meeting, Place
 from softbrake.core.contact.broad_phase import find_pairs
@@ -25,6 +25,7 @@ from softbrake.core.contact.constants import (
     MANY_PAIRS,
     MARGIN_STEPS,
     MOST_SCALE,
+    NEARLY_THERE,
     OVERRELAXATION,
     REST_MARGIN,
     SINGLE,
@@ -41,7 +42,7 @@ from softbrake.core.contact.impact_zones import NO_ZONE, join_zone, settle_zones
 from softbrake.core.contact.impulses import clear_of, may_pass, separate_pair
 from softbrake.core.contact.narrow_phase import Found, closing_along, detect_collision, find_nearest
 from softbrake.core.contact.pairs import PairState, load_state, nodes_in, nodes_of, store_state
-from softbrake.core.contact.records import load_records, step_since, store_records, update_faces
+from softbrake.core.contact.records import add_travel, load_records, step_since, store_records, update_faces
 from softbrake.core.contact.scene import available_space, scene_of_meridian, scene_of_shell
 from softbrake.core.jit import kernel
 from softbrake.core.lanes import ONE
@@ -90,7 +91,8 @@ def resolve_under_cover(nodes, impulses, self_contact, scene):
         self_contact.since[0], self_contact.since[1] = step.length, step.cover
         self_contact.counts[ContactCount.OPEN] += 1
     else:
-        store_records(nodes, impulses, self_contact, scene)
+        if self_contact.counts[ContactCount.ACTIVE] > 0:
+            store_records(nodes, impulses, self_contact, scene)
         self_contact.since[2] = self_contact.since[0]
         self_contact.counts[ContactCount.OPEN] = 0
     for a in range(top - copies, top + sheet.columns + copies):
@@ -105,13 +107,14 @@ def resolve_pairs(nodes, impulses, self_contact, scene):
     Then nothing has been done yet. Reads nodes, scene. Writes impulses, self_contact.
     """
     counts, sheet, record, active = self_contact.counts, scene.sheet, self_contact.record, self_contact.active
-    if load_records(nodes, self_contact, scene) or counts[ContactCount.STALE] == 1:
+    if add_travel(nodes, self_contact, scene) or counts[ContactCount.STALE] == 1:
         update_pairs(self_contact, nodes, sheet)
+    counts[ContactCount.ACTIVE] = 0
+    if counts[ContactCount.FACES] + counts[ContactCount.EDGES] == 0:
+        return False
+    load_records(nodes, self_contact, scene)
     if overflown(self_contact):
         return True
-    if counts[ContactCount.FACES] + counts[ContactCount.EDGES] == 0:
-        counts[ContactCount.ACTIVE] = 0
-        return False
     update_faces(self_contact, sheet)
     thick, gap, length = THICKNESS * available_space(scene), COLLISION_GAP * available_space(scene), scene.step.length
     faces = activate_pairs(self_contact, sheet, False, thick, length, 0)
@@ -248,7 +251,8 @@ def sort_out(self_contact, sheet, edges, thick, length, some, count):
 def state_of(edges, given, found, i, thick, length):
     """Return the PairState at the last contact of pair i of given, found, with a thickness (m), for a time since (s)."""
     distance, scale = found[0, i], 1.0 / max(found[0, i], SMALLEST)
-    x, y, z = scale * found[1, i], scale * found[2, i], scale * found[3, i]
+    # Rounded as it will be stored: what reaches over along another normal would not be seen.
+    x, y, z = float64(float32(scale * found[1, i])), float64(float32(scale * found[2, i])), float64(float32(scale * found[3, i]))
     r0 = x * given[0, i] + y * given[4, i] + z * given[8, i]
     r1 = x * given[1, i] + y * given[5, i] + z * given[9, i]
     r2 = x * given[2, i] + y * given[6, i] + z * given[10, i]
@@ -400,20 +404,21 @@ def watch_meridian(model, nodes, self_contact, window):
 
 
 @kernel
-def self_contact_in(self_contact, step):
+def self_contact_in(self_contact, step, last):
     """Return what a step has of self-contact: nothing, none yet, or all since the last contact; see Meeting.
 
-    Where no pair was active it is looked at every few steps only, and before the cargo reaches the ground or turns. Reads
-    self_contact, step.
+    Where no pair was active it is looked at every few steps only, and before the cargo reaches the ground or turns. last: whether
+    it is the last step for another reason. Reads self_contact, step.
     """
     if self_contact is None:
         return Meeting.NONE
     if self_contact.counts[ContactCount.DUE] == 0:
         return Meeting.NONE
     travel = step.next_cover - step.cover
-    ends = step.next_cover + travel <= 0.0 or travel >= 0.0
+    ends = last or step.next_cover + NEARLY_THERE * travel <= 0.0 or travel >= 0.0
     busy = self_contact.counts[ContactCount.ACTIVE] > 0 or self_contact.counts[ContactCount.OPEN] + 1 >= IDLE_STEPS
-    return Meeting.NOW if ends or busy else Meeting.LATER
+    stale = self_contact.counts[ContactCount.STALE] == 1  # as where there was no room for pairs
+    return Meeting.NOW if ends or busy or stale else Meeting.LATER
 
 
 @kernel

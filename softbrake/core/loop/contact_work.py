@@ -39,7 +39,8 @@ def begin_contact(model, state, workspace, step):
     nodes, before = state.nodes, workspace.before_contact.before
     if shift_of(state.self_contact) > 0.0:
         add_works_over_jumps(model, state, nodes, workspace, 0.0, 0.5 * take_shift(state.self_contact) / step.dt, step.dt)
-    meeting = self_contact_in(state.self_contact, step)
+    last = step.length == model.end - state.now[History.TIME]
+    meeting = self_contact_in(state.self_contact, step, last or model.belt_contact.below.size > 0)
     if may_fold(nodes, model.belt_contact, uint64(model.stride), model.n2):
         meeting = Meeting.NOW
     if meeting != Meeting.NOW:

@@ -88,7 +88,7 @@ def end_step(model, state, length, height):
     state.last_step[0] = length
     if outcome != Outcome.RUNNING:
         rewind(state.nodes, length - within)
-        if outcome == Outcome.IMPACT and model.obstacles.cover == 1:
+        if outcome == Outcome.IMPACT and model.obstacles.cover == 1 and model.obstacles.ground == 0.0:
             end_on_ground(state.nodes, model.obstacles, before, within)
         update_pressure(model, state, 0.0, 0.0)
         now[History.TIME_STEP] = 0.0
