@@ -26,8 +26,6 @@ from softbrake.sim.result_file import ResultFile, read_snapshots
 from softbrake.sim.simulation import Simulation
 from softbrake.sim.threads import ThreadSearch, crossings_of_meridian
 
-pytestmark = pytest.mark.kernels
-
 CONFIGS = Path(__file__).resolve().parents[1] / "configs"
 ROWS, COLUMNS, FINE = 6, 12, 48
 MANY = 10_000  # pairs
@@ -113,10 +111,12 @@ def folded(clearance: float) -> Floats:
     return places
 
 
+@pytest.mark.kernels
 def test_smooth_cylinder_has_none() -> None:
     assert found_in(cylinder()) == (set(), set())
 
 
+@pytest.mark.kernels
 @pytest.mark.parametrize("shift", range(COLUMNS))
 def test_side_through_a_face(shift: int) -> None:
     """Wherever the grid has its seam. The rim of the wall passes the faces beside that side: so the cut ends."""
@@ -126,6 +126,7 @@ def test_side_through_a_face(shift: int) -> None:
     assert found_in(np.roll(pierced(), shift, axis=1)) == (threads, set())
 
 
+@pytest.mark.kernels
 def test_node_through_a_face_takes_its_four_sides_along() -> None:
     places = cylinder()
     places[2, 6] = 1.2, 0.0, 2.5
@@ -134,6 +135,7 @@ def test_node_through_a_face_takes_its_four_sides_along() -> None:
     assert found_in(places) == ({(side, face) for side in sides}, set())
 
 
+@pytest.mark.kernels
 def test_row_on_the_cover_is_looked_at() -> None:
     """Sides around the hoop of the uppermost row belong to no face above them."""
     places = np.flip(pierced(), axis=0) * [1.0, 1.0, -1.0]
@@ -141,6 +143,7 @@ def test_row_on_the_cover_is_looked_at() -> None:
     assert ((last, last + 1), last - COLUMNS + node) in found_in(places)[0]
 
 
+@pytest.mark.kernels
 def test_side_that_dips_is_no_thread() -> None:
     """Two passes of a warped face are in and out; one is a thread."""
     side, face = (2 * COLUMNS + 6, 2 * COLUMNS + 7), 2 * COLUMNS
@@ -149,6 +152,7 @@ def test_side_that_dips_is_no_thread() -> None:
     assert (side, face) in found_in(dipping(-0.1))[0]
 
 
+@pytest.mark.kernels
 def test_side_that_dips_from_a_corner_is_no_thread() -> None:
     """It starts below a warped face, and comes out to its end, which is outside: a hinge. Where the end is inside, it is none."""
     side, face = (FINE, 2 * FINE), 0
@@ -160,6 +164,7 @@ def test_side_that_dips_from_a_corner_is_no_thread() -> None:
     assert (side, face) not in hinges
 
 
+@pytest.mark.kernels
 @pytest.mark.parametrize("seed", range(6))
 def test_crumpled_by_chance(seed: int) -> None:
     """Hundreds of pairs of both kinds, on an odd grid."""
@@ -168,6 +173,7 @@ def test_crumpled_by_chance(seed: int) -> None:
     assert len(threads) > 200 and len(hinges) > 20
 
 
+@pytest.mark.kernels
 def test_meridian() -> None:
     model = model_of(60, 8)
     for seed in range(20):
