@@ -412,7 +412,7 @@ def detect_collision(record, nodes, edges, scene, gap):
 
 @kernel
 def slowing_of(closing, old, gap, length):
-    """Return what a speed of closing (m/s) has to lose: the lesser of a gap and the distance old (m) at n is left at its end.
+    """Return what a speed of closing (m/s) has to lose: the lesser of a gap and the distance old (m) before is left.
 
     What was far too near rebounds by half, lest round-off decide.
     """

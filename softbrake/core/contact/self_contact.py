@@ -93,7 +93,7 @@ def resolve_under_cover(nodes, impulses, self_contact, scene):
     else:
         if self_contact.counts[ContactCount.ACTIVE] > 0:
             store_records(nodes, impulses, self_contact, scene)
-        self_contact.since[2] = self_contact.since[0]
+            self_contact.since[2] = self_contact.since[0]
         self_contact.counts[ContactCount.OPEN] = 0
     for a in range(top - copies, top + sheet.columns + copies):
         nodes.z[a] = old_height

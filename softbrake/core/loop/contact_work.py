@@ -150,8 +150,8 @@ def add_contact_work_of_shell(model, state, workspace, dt, length):
     Writes state.work; scratch in workspace.
     """
     stride, before, jump = uint64(model.stride), workspace.before_contact.before, workspace.before_contact.jump
-    shift = shift_of(state.self_contact)
-    for i in range(model.n1 + 1):
+    shift, (first, last) = shift_of(state.self_contact), find_jumps(jump, model.n1, stride, model.n2)
+    for i in range(first - 1, last + 2):
         return_row(state.nodes, jump, before, uint64(i) * stride, stride, length, shift)
     add_works_over_jumps(model, state, before, workspace, 0.5, 0.5 * shift / dt, dt)
 
