@@ -312,18 +312,22 @@ def _mend(journal: Path) -> None:
 
 
 class _Histories:
-    """histories.h5; a file that a kill left unreadable starts anew."""
+    """histories.h5; a file that a kill left torn starts anew."""
 
     def __init__(self, path: Path) -> None:
         self._staged = StagedFile(path, "r+" if path.exists() else "w")
         try:
-            self._file = h5py.File(self._staged, "a", locking=False)
-            self.ids = set(self._file)
-        except (OSError, RuntimeError):
+            self._open("a")
+            self.ids = {id for id in self._file if self._file[id].shape}  # each header has its checksum
+        except (OSError, RuntimeError, KeyError):
             self._staged = StagedFile(path, "w")
-            self._file = h5py.File(self._staged, "w", locking=False)
+            self._open("w")
             self.ids = set()
         self._file.attrs.update({column.name.lower(): column.unit for column in History})
+
+    def _open(self, mode: str) -> None:
+        # the oldest format, h5py's default, has no checksums: of a torn group it reads names that nobody wrote
+        self._file = h5py.File(self._staged, mode, locking=False, libver="v110")
 
     def add(self, id: str, case: Case, history: Any) -> int:
         """Keep the history (rows, len(History)) of a run and return its size in the file, bytes. Raises OSError."""
