@@ -12,6 +12,7 @@ from softbrake.sim.summary import Inflation, Summary
 
 if TYPE_CHECKING:
     from softbrake.case.full_stop import FullStop
+    from softbrake.studies.comparison import Comparison
     from softbrake.studies.feasible_design import DesignFound, DesignProblem
     from softbrake.studies.inverse_design import DesignAnswer, Question
 
@@ -108,6 +109,12 @@ def feasible_json(problem: DesignProblem, found: DesignFound) -> str:
         "summary": asdict(found.summary),
     }
     return json.dumps(_finite(answers), indent=2, allow_nan=False)
+
+
+def comparison_json(found: Comparison) -> str:
+    """A drop beside a test as one JSON object, SI units, without the curves."""
+    quantities = [{key: value for key, value in asdict(each).items() if key != "pair"} for each in found.quantities]
+    return json.dumps(_finite(asdict(found) | {"quantities": quantities}), indent=2, allow_nan=False)
 
 
 def _finite(value: Any) -> Any:

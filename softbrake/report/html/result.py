@@ -6,13 +6,14 @@ import math
 from dataclasses import asdict
 from html import escape
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from softbrake.case.units import STANDARD_GRAVITY
+from softbrake.report.comparison_rows import comparison_rows, heading_lines, rating_rows
 from softbrake.report.html.case import case_table
 from softbrake.report.html.frame import Card, answers, figures, page, table
 from softbrake.report.html.inflation import inflation_page
-from softbrake.report.plots.page import drop_charts, shapes
+from softbrake.report.plots.page import drop_charts, overlay_charts, shapes
 from softbrake.report.words import (
     TENSIONS,
     disturbed_in_words,
@@ -30,11 +31,14 @@ from softbrake.report.words import (
 from softbrake.sim.result_file import ResultError, read_case, read_history, read_inflation, read_snapshots, read_summary
 from softbrake.sim.summary import Sensitivities, Summary
 
+if TYPE_CHECKING:
+    from softbrake.studies.comparison import Comparison
+
 MOMENTS = 8
 
 
-def result_page(path: Path | str) -> str:
-    """The page on a result file, of a drop or of an inflation. Raises ResultError and PlotError."""
+def result_page(path: Path | str, comparison: Comparison | None = None) -> str:
+    """The page on a result file: of a drop, with a test beside it if any, or of an inflation. Raises ResultError, PlotError."""
     if (inflation := read_inflation(path)) is not None:
         return inflation_page(path, inflation)
     case, history, summary, shots = read_case(path), read_history(path), read_summary(path), read_snapshots(path)
@@ -44,6 +48,8 @@ def result_page(path: Path | str) -> str:
     parts = [f"<h1>{escape(case['title'])}</h1>", f"<p>{escape(ending)}</p>"]
     if summary is not None:
         parts.append(_answers(case, summary))
+    if comparison is not None:
+        parts += ["<h2>Beside the test</h2>", _comparison(comparison)]
     parts += ["<h2>Course of the drop</h2>", figures("charts", drop_charts(case, history, summary))]
     cuts = shapes(case, shots, MOMENTS)
     belts = ", dots are belts" if case["belts"] else ""
@@ -160,6 +166,17 @@ def _sensitivity(found: Sensitivities) -> str:
     rows.append(["off straight lines, %", *(f"{100 * found.noise[name]:.2g}" for name in names)])
     left = [escape(f"{path} is not varied alone: {fault}") for path, fault in found.left_out.items()]
     return table(head, rows, len(names)) + "".join(f'<p class="note">{line}</p>' for line in left)
+
+
+def _comparison(found: Comparison) -> str:
+    text = "".join(f"<p>{escape(line)}</p>" for line in heading_lines(found))
+    text += figures("charts", overlay_charts(found))
+    for each in found.quantities:
+        text += table((each.quantity, "test", "drop", "drop less test", ""), comparison_rows(each), 4)
+    text += "<p>ISO/TS 18571, test as the reference:</p>"
+    text += table(("", "overall", "corridor", "phase", "magnitude", "slope"), rating_rows(found), 5)
+    unrated = [f"{each.quantity}: no rating, {each.unrated}" for each in found.quantities if each.unrated is not None]
+    return text + "".join(f'<p class="note">{escape(line)}</p>' for line in unrated)
 
 
 def _computed(summary: Summary) -> str:

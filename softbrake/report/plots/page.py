@@ -6,12 +6,14 @@ import io
 import re
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
+from functools import partial
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from softbrake.report.plots import panels
+from softbrake.report.plots.comparison import draw_overlay
 from softbrake.report.plots.style import (
     BLUE,
     CARGO_COLOUR,
@@ -33,6 +35,8 @@ from softbrake.sim.summary import Summary
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
+
+    from softbrake.studies.comparison import Comparison
 
 WIDTH, HEIGHT = 420.0, 230.0  # of a chart, in pixels of the page where it is not stretched
 LEFT, RIGHT, TOP, BOTTOM, KEY = 46.0, 14.0, 8.0, 36.0, 15.0  # its margins, and a line of its key
@@ -117,6 +121,11 @@ def drop_charts(case: dict[str, Any], history: NDArray[Any], summary: Summary | 
         drawings.append(lambda axes: panels.draw_tensions(axes, case, history, 1e3, "kN/m"))
     drawings.append(lambda axes: panels.draw_energy(axes, history))
     return [_chart(draw, "time, ms") for draw in drawings]
+
+
+def overlay_charts(found: Comparison) -> list[Figure]:
+    """Each quantity of a drop and of its test over time. Raises PlotError."""
+    return [_chart(partial(draw_overlay, each=each), "time of the drop, ms") for each in found.quantities]
 
 
 def wall_charts(case: dict[str, Any], shots: Snapshots) -> list[Figure]:
