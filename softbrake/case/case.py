@@ -92,7 +92,7 @@ class Case(Part):
     @property
     def full_stop(self) -> FullStop:
         """Section 2.2: what stops the cargo over the shell's height."""
-        return full_stop(self.cargo.mass, self.cargo.velocity, self.gravity, self.shell.height, self.shell.diameter)
+        return full_stop(self.cargo.mass, self.cargo.velocity, self.gravity, self.shell.height, self.shell.mean_diameter)
 
     @property
     def without_effect(self) -> list[str]:
@@ -102,7 +102,7 @@ class Case(Part):
         if self.friction > 0.0 and "ground" not in parts and "cover" not in parts:
             idle.append("friction")
         if "cargo" not in parts:
-            idle += ["cargo.diameter"] if cargo.diameter != self.shell.diameter else []
+            idle += ["cargo.diameter"] if cargo.diameter != self.shell.upper_diameter else []
             idle += ["cargo.height"] if cargo.height is not None else []
         if self.gas is None and self.ambient != Ambient():
             idle.append("ambient")

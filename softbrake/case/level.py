@@ -44,9 +44,10 @@ def coarseness(case: Case) -> str | None:
     """Say what is needed where the grid of a case is too coarse for its scene; None where it is not, or will be chosen."""
     if case.tolerance is not None or case.model.fidelity == "lumped":
         return None
-    height, diameter, grid, faults = case.shell.height, case.shell.diameter, case.grid, []
-    gap = min(b - a for a, b in pairwise([0.0, *sorted(belt.height for belt in case.belts), height]))
-    needed = default_cells(height, diameter, gap or height, False)
+    wall, diameter, grid, faults = case.shell.wall, case.shell.diameter, case.grid, []
+    belts = sorted(case.shell.generatrix.along(belt.height) for belt in case.belts)
+    gap = min(b - a for a, b in pairwise([0.0, *belts, wall]))
+    needed = default_cells(wall, diameter, gap or wall, False)
     if grid.generatrix * FINE < needed * COARSE_GRID:
         faults.append(f"grid.generatrix {grid.generatrix}, where this scene needs {needed}")
     if grid.hoop / (2.0 * math.pi) < COARSE_GRID and case.model.fidelity != "axisymmetric":

@@ -78,9 +78,9 @@ class Foreseen(NamedTuple):
 def figures(case: Case) -> dict[str, float]:
     """Figures of RANGES in SI units, for a shell of its unloaded shape."""
     shell, fabric, cargo, pressure = case.shell, case.fabric, case.cargo, case.filling.largest
-    cover = math.pi * shell.diameter**2 / 4
-    around = math.pi * shell.diameter
-    mass = around * (shell.height * fabric.areal_density + sum(belt.line_density for belt in case.belts))
+    cover, profile = math.pi * shell.upper_diameter**2 / 4, shell.generatrix
+    belts = sum(2.0 * math.pi * profile.at(profile.along(belt.height))[1] * belt.line_density for belt in case.belts)
+    mass = profile.area * shell.slack * fabric.areal_density + belts
     critical = breathing_viscosity(1.0, shell.diameter, fabric.areal_density, fabric.E22, fabric.contraction)
     found = {
         "pressure times radius over E": pressure * shell.diameter / 2 / fabric.E22,
@@ -100,8 +100,8 @@ def deceleration(case: Case) -> str:
 
 
 def unloaded_mass(case: Case, gas: Gas) -> float:
-    """Mass of gas (kg) that the unloaded cylinder of a case holds as it is filled."""
-    volume = math.pi * case.shell.diameter**2 / 4 * case.shell.height
+    """Mass of gas (kg) that the unloaded shell of a case holds as it is filled."""
+    volume = case.shell.generatrix.volume
     return (case.ambient.pressure + gas.pressure) * volume / (gas.gas_constant * gas.temperature)
 
 
@@ -174,8 +174,8 @@ def _step(case: Case) -> float:
     if case.model.fidelity == "lumped":
         return case.shell.height / case.cargo.velocity / LUMPED_STEPS
     fabric, stiffest = case.fabric, 1.0 / (case.fabric.contraction * case.fabric.areal_density)
-    along = math.sqrt(fabric.E11 * stiffest) / (case.shell.height / case.grid.generatrix)
-    around = math.sqrt(fabric.E22 * stiffest) / (math.pi * case.shell.diameter / case.grid.hoop)
+    along = math.sqrt(fabric.E11 * stiffest) / (case.shell.wall / case.grid.generatrix)
+    around = math.sqrt(fabric.E22 * stiffest) / (2.0 * math.pi * case.shell.generatrix.narrowest / case.grid.hoop)
     if case.model.fidelity in ONE_COLUMN:
         around = math.sqrt(fabric.E22 * stiffest) / case.shell.diameter  # half the breathing frequency
     return case.time.courant / max(along, around)

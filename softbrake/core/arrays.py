@@ -316,7 +316,9 @@ class Model(NamedTuple):
     after: int  # After: whether the run goes on where the cargo first stands still
     crushing: float  # m, height of the cover at which the overshoot is over and crushing begins
     cargo_mass: float  # kg, without the shell; the columns' share
-    cover_area: float  # m^2, the columns' share
+    cover_area: float  # m^2, of the upper cover, the columns' share
+    base_area: float  # m^2, of the lower cover, likewise
+    piston_area: float  # m^2, of a cylinder of the shell's height and volume, likewise: the lumped model
     most_gas_work: float  # J, more than gas can give: largest pressure times the volume at twice the diameter
     mass: Floats  # kg, of a node of each row, (n1+1,)
     per_mass: Floats  # 1/kg, likewise, zero for the held rows 0 and n1

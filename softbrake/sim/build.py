@@ -72,15 +72,17 @@ def build_model(case: Case) -> Model:
     Hoop edges are chords of arcs on which cloth and gas are reckoned, so that a round shell is one of circles.
     """
     n1, hoop, one_column = case.grid.generatrix, case.grid.hoop, case.model.fidelity in ONE_COLUMN
-    n2, radius, pressure = 1 if one_column else hoop, 0.5 * case.shell.diameter, _pressure(case)
-    membrane = _membrane(case, case.shell.height / n1, 2.0 * radius * sin(pi / hoop))
-    whole = 2.0 * pi * radius / (n2 * membrane.h2)  # with the cloth of arcs
-    belts, line_mass = _belts(case, membrane, n1)
-    per_mass = np.concatenate(([0.0], 1.0 / (line_mass[1:-1] * membrane.h2), [0.0]))
+    n2, pressure = 1 if one_column else hoop, _pressure(case)
+    shape = _shape(case)
+    lower, upper = 0.5 * case.shell.lower_diameter, 0.5 * case.shell.upper_diameter
+    membrane = _membrane(case, float(shape.h1[0]), float(shape.h2[0]))
+    whole = 2.0 * pi * shape.radius[0] / (n2 * membrane.h2)  # with the cloth of arcs
+    belts, line_mass = _belts(case, shape)
+    per_mass = np.concatenate(([0.0], 1.0 / (line_mass[1:-1] * shape.h2[1:-1]), [0.0]))
     below, above = _pulls(per_mass, np.zeros_like(per_mass))
     shared = 4.0 * per_mass
     if case.model.scheme == "cell":
-        shared = np.add(*_pulls(per_mass, shared * belts.stiffness / (membrane.c22 * membrane.h1)))
+        shared = np.add(*_pulls(per_mass, shared * belts.stiffness / (membrane.c22 * shape.h1)))
     return Model(
         n1=n1,
         n2=n2,
@@ -93,14 +95,16 @@ def build_model(case: Case) -> Model:
         after=int(_after(case)),
         crushing=OVERSHOOT * case.shell.height,
         cargo_mass=case.cargo.mass / whole,
-        cover_area=pi * radius * radius / whole,
+        cover_area=pi * upper * upper / whole,
+        base_area=pi * lower * lower / whole,
+        piston_area=0.25 * pi * case.shell.mean_diameter**2 / whole,
         most_gas_work=_most_gas_work(case, pressure),
-        mass=0.0 * line_mass if case.model.fidelity == "lumped" else line_mass * membrane.h2,
+        mass=0.0 * line_mass if case.model.fidelity == "lumped" else line_mass * shape.h2,
         per_mass=per_mass,
         below=below,
         above=above,
         shared=shared,
-        shape=_cylinder(n1, membrane, radius),
+        shape=shape,
         fabric=membrane,
         belts=belts,
         belt_contact=_belt_contact(belts.width if "belts" in case.contact else np.zeros(n1 + 1)),
@@ -137,29 +141,44 @@ def _membrane(case: Case, h1: float, h2: float) -> Membrane:
     )
 
 
-def _cylinder(n1: int, membrane: Membrane, radius: float) -> Shape:
-    """Unloaded lengths of a cylinder (m)."""
-    h1, h2 = membrane.h1, membrane.h2
-    all_h1, all_h2, radii = (np.full(n1 + 1, length) for length in (h1, h2, radius))
-    return Shape(all_h1, all_h2, radii, side=h2 / radius, least_1=h1, least_2=h2, widest=radius)
+def places(case: Case) -> tuple[Floats, Floats]:
+    """Height and radius (m) of each row of the unloaded profile, (n1+1,), evenly along it."""
+    generatrix, n1 = case.shell.generatrix, case.grid.generatrix
+    z, r = np.array([generatrix.at(along) for along in np.linspace(0.0, generatrix.length, n1 + 1).tolist()]).T
+    return z, r
 
 
-def _belts(case: Case, membrane: Membrane, n1: int) -> tuple[Belts, Floats]:
+def _shape(case: Case) -> Shape:
+    """Unloaded lengths (m): of edges from row to row of the profile, and the slack of each alike."""
+    n1, hoop, shell = case.grid.generatrix, case.grid.hoop, case.shell
+    z, radius = places(case)
+    h1 = np.full(n1 + 1, shell.wall / n1)
+    if shell.profile not in ("cylinder", "cone"):
+        h1[:-1] = np.hypot(np.diff(z), np.diff(radius))
+        h1[-1] = h1[-2]
+    h1 *= shell.slack
+    side = 2.0 * sin(pi / hoop)
+    h2 = side * radius
+    return Shape(h1, h2, radius, side=side, least_1=float(h1.min()), least_2=float(h2.min()), widest=float(radius.max()))
+
+
+def _belts(case: Case, shape: Shape) -> tuple[Belts, Floats]:
     """Belts and mass per length of hoop (kg/m) of each row of nodes.
 
     A node has the mass of the cloth halfway to its neighbours, and of the belts there; a belt is shared by the rows in proportion
     to the part of its width that lies in each one's half cells.
     """
-    cloth, h1 = case.fabric, membrane.h1
+    cloth, h1, n1 = case.fabric, shape.h1, case.grid.generatrix
     true_tension, contraction = cloth.law == "true_tension", cloth.contraction
-    share = np.full(n1 + 1, h1)
-    share[[0, -1]] *= 0.5
+    share = 0.5 * np.concatenate(([h1[0]], h1[:-2] + h1[1:-1], [h1[-2]]))
     line_mass = cloth.areal_density * share
     belts = Belts(*(np.zeros(n1 + 1) for _ in Belts._fields))
     # By (2.3) N22 feels e11, but T11 nothing of the belt: no potential allows that, so other laws make it a plain filament.
-    coupling = membrane.c12 if true_tension else 0.0
+    coupling = cloth.nu12 * cloth.E11 / contraction if true_tension else 0.0
+    shell = case.shell
+    cell = shell.slack * shell.wall / n1
     for belt in case.belts:
-        width = _overlap(belt.height, belt.width, n1, h1)
+        width = _overlap(shell.slack * shell.generatrix.along(belt.height), belt.width, n1, cell)
         part = width / belt.width
         line_mass += belt.line_density * part
         belts.width[:] += width
@@ -183,7 +202,8 @@ def _is_open(case: Case) -> bool:
 
 def _most_gas_work(case: Case, pressure: GasPressure) -> float:
     """More than gas can give (J), of a shell of twice its diameter."""
-    gas, inflator, volume = case.gas, case.inflator, pi * case.shell.diameter**2 * case.shell.height
+    # Neither cloth nor gas of twice the widest hoop and all the wall's length has more room.
+    gas, inflator, volume = case.gas, case.inflator, pi * case.shell.diameter**2 * case.shell.wall * case.shell.slack
     if gas is None:
         return pressure.most * volume
     inner = (case.ambient.pressure + pressure.most) * volume / (gas.gamma - 1.0)
@@ -264,7 +284,7 @@ def _obstacles(case: Case) -> Obstacles:
         ground=0.0 if "ground" in case.contact else -inf,
         friction=case.friction,
         cover=int("cover" in case.contact),
-        cover_radius=0.5 * case.shell.diameter,
+        cover_radius=0.5 * case.shell.upper_diameter,
         cargo=int("cargo" in case.contact),
         cargo_radius=0.5 * case.cargo.diameter,
         cargo_height=inf if case.cargo.height is None else case.cargo.height,
@@ -292,11 +312,10 @@ def build_state(case: Case, model: Model) -> State:
     """Return the state at first contact: unloaded shell, all of it falling with the cargo but the row on the ground."""
     one_column, stride = case.model.fidelity in ONE_COLUMN, model.stride
     angle = np.zeros(1) if one_column else 2.0 * pi * (np.arange(stride) - PAD) / case.grid.hoop
-    radius = 0.5 * case.shell.diameter
     rows = model.n1 + 1
     nodes = Nodes(*(_rows(1, rows + PAD, Nodes._fields, FREE) if one_column else _rows(rows, stride, Nodes._fields)))
     x, y, z, _, _, w = (part[: rows * stride].reshape(rows, stride) for part in nodes)
-    height = np.linspace(0.0, case.shell.height, rows)[:, None]
+    height, radius = (part[:, None] for part in places(case))
     x[:], y[:], z[:] = radius * np.cos(angle), radius * np.sin(angle), height
     w[:] = np.where(height > 0.0, -case.cargo.velocity, 0.0)
     now = np.zeros(len(History))
@@ -492,7 +511,7 @@ def meridian_view(nodes: Nodes, model: Model) -> Nodes:
 
 def initial_energy(case: Case, model: Model) -> float:
     """Return kinetic plus potential energy (J) at the start, heights counted from the ground."""
-    heights = np.linspace(0.0, case.shell.height, model.n1 + 1)
+    heights, _ = places(case)
     mass = model.n2 * model.mass
     mass[-1] += model.cargo_mass
     return float(model.hoop.whole * (0.5 * mass[1:].sum() * case.cargo.velocity**2 + case.gravity * (mass @ heights)))
@@ -516,11 +535,14 @@ def _rows(count: int, stride: int, fields: Sequence[str], first: int = 0) -> lis
     return [block[at : at + size] for at in range(start, start + len(fields) * pitch, pitch)]
 
 
-def _overlap(height: float, width: float, n1: int, h1: float) -> Floats:
-    """Width (m) of a belt within each row's share of the generatrix; slivers, as of a rounded width, go to the other rows."""
-    middle = np.arange(n1 + 1) * h1
-    lower = np.maximum(middle - 0.5 * h1, height - 0.5 * width)
-    upper = np.minimum(middle + 0.5 * h1, height + 0.5 * width)
+def _overlap(along: float, width: float, n1: int, cell: float) -> Floats:
+    """Width (m) of a belt within each row's share of the generatrix; slivers, as of a rounded width, go to the other rows.
+
+    along: middle of the belt, m of cloth from the lower cover; cell: m of cloth from row to row.
+    """
+    middle = np.arange(n1 + 1) * cell
+    lower = np.maximum(middle - 0.5 * cell, along - 0.5 * width)
+    upper = np.minimum(middle + 0.5 * cell, along + 0.5 * width)
     shared: Floats = np.maximum(upper - lower, 0.0)
     shared[shared < SLIVER * shared.max()] = 0.0
     return shared * (width / float(shared.sum()))

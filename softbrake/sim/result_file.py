@@ -28,6 +28,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from softbrake.case.case import Case, case_to_dict
+from softbrake.case.sections.shell import Shell
 from softbrake.core.arrays import Floats
 from softbrake.core.columns import OF_GAS, History
 from softbrake.sim.files import StagedFile, draft_of, hold
@@ -476,9 +477,9 @@ def replace_summary(path: Path | str, summary: Summary) -> None:
         _replace_text(file["softbrake"], "summary", json.dumps(asdict(summary)))
 
 
-def belt_rows(heights: list[float], shell_height: float, generatrix: int) -> list[int]:
+def belt_rows(shell: Shell, heights: list[float], generatrix: int) -> list[int]:
     """Row of nodes nearest to each belt's unloaded height [m]; `generatrix` is the number of cells."""
-    return [round(height / shell_height * generatrix) for height in heights]
+    return [round(shell.generatrix.along(height) / shell.wall * generatrix) for height in heights]
 
 
 def _lay_out(file: h5py.File, case: Case) -> None:
@@ -527,7 +528,7 @@ def _cells(case: Case) -> tuple[list[NDArray[np.int64]], list[NDArray[np.int64]]
     n1, n2 = case.grid.generatrix, case.grid.hoop
     node = np.arange((n1 + 1) * n2).reshape(n1 + 1, n2)
     beside = np.roll(node, -1, axis=1)
-    rows = belt_rows([belt.height for belt in case.belts], case.shell.height, n1)
+    rows = belt_rows(case.shell, [belt.height for belt in case.belts], n1)
     lines = [np.append(node[row], node[row, 0]) for row in rows]
     quads = np.stack((node[:-1], beside[:-1], beside[1:], node[1:]), axis=-1).reshape(-1, 4)
     polygons = [*quads, node[0, ::-1], node[-1], node.size + np.arange(4)]

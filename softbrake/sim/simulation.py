@@ -58,6 +58,7 @@ from softbrake.sim.build import (
     grid_view,
     initial_energy,
     lacks_room,
+    places,
     whole_model,
     whole_nodes,
     with_room,
@@ -285,6 +286,8 @@ class Simulation:
         """Return the volume (m^3) of the shell as it is, covers included."""
         if self.case.model.fidelity == "full":
             return float(shell_volume(self.model, self.state.nodes, self.workspace.by_column.rate))  # type: ignore[union-attr]
+        if self.case.model.fidelity == "lumped":
+            return self.model.hoop.whole * self.model.piston_area * self.now(History.HEIGHT)
         return float(volume_of_meridian(self.model, self.state.nodes, self.workspace.volume))  # type: ignore[union-attr]
 
     @property
@@ -477,8 +480,8 @@ class Simulation:
         )
 
     def _above_ground(self, row: float) -> float:
-        """Return the length of the unloaded generatrix (m) below a row, or below the middle of an edge."""
-        return float(np.interp(row, np.arange(self.model.n1 + 1), np.append(0.0, np.cumsum(self.model.shape.h1[:-1]))))
+        """Return the height (m) of a row of the unloaded profile, or of the middle of an edge."""
+        return float(np.interp(row, np.arange(self.model.n1 + 1), places(self.case)[0]))
 
     def _peak(self, which: Peak) -> PeakValue:
         """Largest value of the run and that of the other phase."""

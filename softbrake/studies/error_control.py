@@ -197,8 +197,10 @@ def _with_errors(summary: Summary, refined: Summary) -> Summary:
 
 def least_cells(case: Case) -> int:
     """Cells along the generatrix that keep the belts half a cell off the covers."""
-    nearest = min((min(b.height, case.shell.height - b.height) - b.width / 2 for b in case.belts), default=math.inf)
-    return math.ceil(0.5 * case.shell.height / nearest + 1e-9)
+    wall = case.shell.wall
+    places = [(case.shell.generatrix.along(belt.height), belt.width) for belt in case.belts]
+    nearest = min((min(along, wall - along) - width / 2 for along, width in places), default=math.inf)
+    return math.ceil(0.5 * wall / nearest + 1e-9)
 
 
 def speed_of(summary: Summary) -> float:
@@ -302,7 +304,7 @@ class _Refinement:
 
     def at(self, fidelity: Fidelity, cells: float) -> Case:
         """The case at a level, so many cells in a radius."""
-        n1 = max(math.ceil(cells * self.case.shell.height / self.radius - 1e-9), 8, self.least)
+        n1 = max(math.ceil(cells * self.case.shell.wall / self.radius - 1e-9), 8, self.least)
         return level(self.case, fidelity, n1, 8 * math.ceil(2.0 * math.pi * cells / 8.0))
 
     def drop(self, case: Case, seed: int = 0) -> _Run:
@@ -376,7 +378,7 @@ class _Refinement:
         found, cells = None, list(CELLS)
         while True:
             if not cells:
-                cells.append(FINER * runs[-1].cells * self.radius / self.case.shell.height)
+                cells.append(FINER * runs[-1].cells * self.radius / self.case.shell.wall)
             run = self.round(cells.pop(0), COSTLIER["axisymmetric"] * runs[-1].seconds if runs else 0.0)
             if run is None:
                 if not self.diverged or not cells or self.left() <= 0.0:
@@ -387,7 +389,7 @@ class _Refinement:
             found = self.agreed(runs[-NEIGHBOURS:])
             if len(runs) < NEIGHBOURS or not self.within(found, PART):
                 continue
-            beyond = self.round(TWICE * run.cells * self.radius / self.case.shell.height, TWICE**3 * run.seconds)
+            beyond = self.round(TWICE * run.cells * self.radius / self.case.shell.wall, TWICE**3 * run.seconds)
             if beyond is None:
                 return replace(found, error=math.inf, reason=f"{found.reason}; a finer one diverges") if self.diverged else found
             found = self.agreed([*runs[-NEIGHBOURS:], beyond])

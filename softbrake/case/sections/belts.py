@@ -9,6 +9,7 @@ from typing import Any
 from softbrake.case.checker import Checker, Values, last_given
 from softbrake.case.keys import Key, mapping_schema
 from softbrake.case.section import Draft, Part, Section
+from softbrake.case.sections.shell import Shell
 from softbrake.case.units import Dimension
 from softbrake.case.yaml_nodes import Node, join
 
@@ -68,7 +69,8 @@ class _BeltsSection(Section):
         if draft.faults:
             return []
         number = values.pop("count")
-        return [{"height": shell["height"] * k / (number + 1), **values} for k in range(1, number + 1)]
+        profile = Shell(**shell).generatrix
+        return [{"height": profile.at(profile.length * k / (number + 1))[0], **values} for k in range(1, number + 1)]
 
     def build(self, draft: Draft) -> tuple[Belt, ...]:
         """Belts of layers have those of the fabric."""
@@ -98,20 +100,20 @@ BELTS = _BeltsSection(
 )
 
 
-def narrowest_gap(draft: Draft, height: float) -> float:
-    """Smallest distance (m) of the middles of two belts, or of a belt and a cover; as far as belts can be read."""
-    node = draft.members.get("belts")
+def narrowest_gap(draft: Draft, shell: Shell) -> float:
+    """Smallest distance (m) along the wall of the middles of two belts, or of a belt and a cover; as far as belts can be read."""
+    node, wall = draft.members.get("belts"), shell.wall
     if node is None:
-        return height
+        return wall
     quiet = Checker()
     if isinstance(node.value, list):
         items = (quiet.mapping(item, "", BELTS.each, complete=False) for item in node.value)
-        places = sorted(item["height"] for item in items if "height" in item)
+        places = sorted(shell.generatrix.along(item["height"]) for item in items if "height" in item)
     else:
         count = quiet.mapping(node, "", BELTS.keys, complete=False).get("count", 0)
-        places = [height * k / (count + 1) for k in range(1, count + 1)] if count < 1000 else []
-    gaps = [b - a for a, b in pairwise([0.0, *places, height])]
-    return min((gap for gap in gaps if gap > 0.0), default=height)
+        places = [wall * k / (count + 1) for k in range(1, count + 1)] if count < 1000 else []
+    gaps = [b - a for a, b in pairwise([0.0, *places, wall])]
+    return min((gap for gap in gaps if gap > 0.0), default=wall)
 
 
 def _belt(belt: Values, fabric: Values) -> Belt:
@@ -126,24 +128,30 @@ def _belt(belt: Values, fabric: Values) -> Belt:
 
 def _check_place(draft: Draft, node: Node, path: str, belt: Values, shell: Values, grid: Values) -> None:
     """The rows of nodes on the covers are rigid: a belt keeps half a cell off them."""
-    if "height" not in shell or "generatrix" not in grid:
+    if "upper_diameter" not in shell or "generatrix" not in grid:
         return
-    lowest = belt["width"] / 2 + shell["height"] / grid["generatrix"] / 2
-    highest = shell["height"] - lowest
+    profile = Shell(**shell).generatrix
+    cell = profile.length / grid["generatrix"]
+    lowest = belt["width"] / 2 + cell / 2
+    highest = profile.length - lowest
     place, where = last_given(node, path, ["height", "width"])
     if lowest > highest:
-        widest = shell["height"] - shell["height"] / grid["generatrix"]
+        widest = profile.length - cell
         draft.fault(place, where, "the belt is wider than the room between the covers", f"a width < {widest:.6g} m is expected")
-    elif abs(belt["height"] - shell["height"] / 2) > (highest - lowest) / 2 + 1e-9 * shell["height"]:
+    elif belt["height"] > shell["height"] or (
+        abs(profile.along(belt["height"]) - profile.length / 2) > (highest - lowest) / 2 + 1e-9 * profile.length
+    ):
+        lowest, highest = profile.at(lowest)[0], profile.at(highest)[0]
         fault = "the belt comes closer than half a grid cell to a cover"
         draft.fault(place, where, fault, f"a height from {lowest:.6g} m to {highest:.6g} m is expected for this width")
 
 
 def _check_stack(draft: Draft, node: Node, belts: Values, shell: Values, grid: Values) -> None:
     """As `_check_place`, for belts at uniform spacing."""
-    if belts["count"] == 0 or "height" not in shell or "generatrix" not in grid:
+    if belts["count"] == 0 or "upper_diameter" not in shell or "generatrix" not in grid:
         return
-    widest = 2 * shell["height"] / (belts["count"] + 1) - shell["height"] / grid["generatrix"]
+    wall = Shell(**shell).wall
+    widest = 2 * wall / (belts["count"] + 1) - wall / grid["generatrix"]
     fault = "the outer belts come closer than half a grid cell to the covers"
     if widest <= 0:
         place, where = last_given(node, "belts", ["count"])

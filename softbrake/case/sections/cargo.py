@@ -27,15 +27,16 @@ class _CargoSection(Section):
         if node is None:
             return {}
         cargo = draft.mapping(node, self.name, self.keys)
-        if "diameter" in shell and cargo.get("diameter", 0.0) > shell["diameter"]:
+        cover = shell.get("upper_diameter")
+        if cover is not None and cargo.get("diameter", 0.0) > cover:
             place, where = last_given(node, self.name, ["diameter"])
             fault = f"{cargo['diameter']:g} m is wider than the cover"
-            draft.fault(place, where, fault, f"a diameter up to shell.diameter, {shell['diameter']:g} m, is expected")
+            draft.fault(place, where, fault, f"a diameter up to the cover's, {cover:g} m, is expected")
         return cargo
 
     def build(self, draft: Draft) -> Cargo:
         """As wide as the cover by default."""
-        return Cargo(**{"diameter": draft.built("shell").diameter, "height": None, **draft.values(self.name)})
+        return Cargo(**{"diameter": draft.built("shell").upper_diameter, "height": None, **draft.values(self.name)})
 
 
 CARGO = _CargoSection(
@@ -44,7 +45,7 @@ CARGO = _CargoSection(
     (
         Key("mass", Dimension.MASS, "of the falling body", "100 kg", required=True, above=0),
         Key("velocity", Dimension.SPEED, "downwards, at first contact", "6 m/s", required=True, above=0),
-        Key("diameter", Dimension.LENGTH, "of the body on the cover", "0.4 m", computed="shell.diameter", above=0),
+        Key("diameter", Dimension.LENGTH, "of the body on the cover", "0.4 m", computed="the cover's", above=0),
         Key("height", Dimension.LENGTH, "of the body on the cover", "0.5 m", computed="no top", above=0),
     ),
     physical=True,

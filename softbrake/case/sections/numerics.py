@@ -56,11 +56,24 @@ class _GridSection(Section):
         shell: Values = draft.values("shell")
         grid: Values = super().read(draft)
         grid.setdefault("hoop", HOOP)
-        if {"diameter", "height"} <= shell.keys() and "generatrix" not in grid:
-            gap = narrowest_gap(draft, shell["height"])
-            one_column = draft.written("model").get("fidelity") in ONE_COLUMN
-            grid["generatrix"] = min(default_cells(shell["height"], shell["diameter"], gap, one_column), 10_000)
+        if "upper_diameter" in shell:
+            wall = Shell(**shell).wall
+            if "generatrix" not in grid:
+                gap = narrowest_gap(draft, Shell(**shell))
+                one_column = draft.written("model").get("fidelity") in ONE_COLUMN
+                grid["generatrix"] = min(default_cells(wall, shell["diameter"], gap, one_column), 10_000)
+            self._check_narrow(draft, Shell(**shell), grid["hoop"])
         return grid
+
+    def _check_narrow(self, draft: Draft, shell: Shell, hoop: int) -> None:
+        """Columns come together towards the axis: the narrowest row is no nearer to it than the widest hoop's edges are long."""
+        edge = shell.diameter * math.sin(math.pi / hoop)
+        narrow = shell.generatrix.narrowest
+        if narrow < edge:
+            row = next(row for row, (_, r) in enumerate(shell.generatrix.rows(200)) if r < edge) / 2.0
+            place, where = draft.last_given("shell.lower_diameter", "shell.upper_diameter", "shell.diameters", "grid.hoop")
+            fault = f"the wall comes to {narrow:.4g} m from the axis, {row:g} % of its length above the lower cover"
+            draft.fault(place, where, fault, f"{edge:.4g} m, the hoop edge of the widest row, or more is expected")
 
 
 class _TimeSection(Section):
@@ -143,7 +156,7 @@ MODEL = _ModelSection(
 def default_cells(height: float, diameter: float, gap: float, one_column: bool) -> int:
     """Cells along the generatrix of a default grid.
 
-    height, diameter: m, of the shell; gap: m, smallest distance of belts from one another and the covers.
+    height: of the wall along the generatrix, diameter: m; gap: m, smallest distance of belts from one another and the covers.
     """
     least = math.ceil(height / (0.5 * diameter) * FINE * (2 if one_column else 1) - 1e-9)
     between = math.ceil(BETWEEN_BELTS * height / gap - 1e-9)
@@ -159,6 +172,6 @@ def auto_courant(shell: Shell, fabric: Fabric, grid: Grid) -> float:
 def damping_ratio(shell: Shell, fabric: Fabric, grid: Grid) -> float:
     """Damping ratio of the grid's shortest waves, viscosity/(h sqrt(E density))."""
     density = fabric.areal_density / fabric.contraction
-    along = shell.height / grid.generatrix * math.sqrt(fabric.E11 * density)
+    along = shell.wall / grid.generatrix * math.sqrt(fabric.E11 * density)
     around = shell.diameter * math.sin(math.pi / grid.hoop) * math.sqrt(fabric.E22 * density)
     return fabric.viscosity / max(along, around)

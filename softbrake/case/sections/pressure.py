@@ -9,6 +9,7 @@ from softbrake.case.checker import Values, last_given, listed
 from softbrake.case.full_stop import full_stop
 from softbrake.case.keys import Key, mapping_schema
 from softbrake.case.section import Draft, MayBeNone, Part
+from softbrake.case.sections.shell import Shell
 from softbrake.case.units import Dimension
 from softbrake.case.yaml_nodes import Node, join
 
@@ -141,13 +142,13 @@ def _law_schema(law: str) -> dict[str, Any]:
 
 def _full_stop_known(draft: Draft) -> bool:
     shell, cargo = draft.values("shell"), draft.values("cargo")
-    return {"height", "diameter"} <= shell.keys() and {"mass", "velocity"} <= cargo.keys() and "gravity" in draft.values("")
+    return {"height", "upper_diameter"} <= shell.keys() and {"mass", "velocity"} <= cargo.keys() and "gravity" in draft.values("")
 
 
 def _complete_sine(draft: Draft, node: Node, values: Values) -> None:
     """Defaults of the sine law, of a full stop by section 2.2."""
     shell, cargo, gravity = draft.values("shell"), draft.values("cargo"), draft.values("")["gravity"]
-    stop = full_stop(cargo["mass"], cargo["velocity"], gravity, shell["height"], shell["diameter"])
+    stop = full_stop(cargo["mass"], cargo["velocity"], gravity, shell["height"], Shell(**shell).mean_diameter)
     assert isinstance(node.value, dict)
     if "value" not in node.value:
         values["value"] = stop.largest

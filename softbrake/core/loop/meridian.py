@@ -85,9 +85,9 @@ def take_step_of_meridian(model, state, meridian, dt, length):
     work.viscous[top] -= dt * (pull - elastic) * mean
     work.gravity[top] -= dt * model.gravity * moving * mean
     work.contact[top] += impulse * mean
-    on_ground = gas_on_cover - meridian.pressure[0] * meridian.area.z[FIRST] - meridian.force[0] * meridian.z[0]
+    on_ground = pressure * model.base_area - meridian.pressure[0] * meridian.area.z[FIRST] - meridian.force[0] * meridian.z[0]
     now[History.GROUND_FORCE] = columns * (on_ground + mass[0] * model.gravity + ground_impulse / dt)
-    now[History.GROUND_AREA] = columns * model.cover_area
+    now[History.GROUND_AREA] = columns * model.base_area
     if model.gas.exponent > 0.0:
         state.gas[GasState.NEXT_VOLUME] = volume_of_meridian(model, nodes, meridian.volume)
     if model.gas.leaks == 1:

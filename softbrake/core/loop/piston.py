@@ -22,7 +22,7 @@ def advance_lumped(model, state, _, history, interval, most, until):
     Nodes are drawn on a straight wall; they weigh and carry nothing.
     """
     now, nodes, rows, done, outcome = state.now, state.nodes, 0, 0, Outcome.RUNNING
-    area, mass = model.hoop.whole * model.cover_area, model.hoop.whole * model.cargo_mass
+    area, mass = model.hoop.whole * model.piston_area, model.hoop.whole * model.cargo_mass
     velocity, longest, perimeter = nodes.w[model.n1], state.stable_step[1], 2.0 * sqrt(pi * area)
     while outcome == Outcome.RUNNING and done < most and now[History.TIME] < until and rows + 1 < history.shape[0]:
         if model.gas.exponent > 0.0:

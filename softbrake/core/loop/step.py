@@ -102,7 +102,7 @@ def hold_ground_row(model, now, workspace, at):
     """Hold the row on the ground, and write what lies on it and presses it there to now, by_column.on_ground."""
     n2, on_ground = model.n2, workspace.by_column.on_ground
     tension, gas = vertical_forces(workspace.force, workspace.area, workspace.pressure, n2)
-    gas_on_cover = now[History.PRESSURE] * model.cover_area
+    gas_on_cover = now[History.PRESSURE] * model.base_area
     now[History.GROUND_FORCE] = model.hoop.whole * (gas_on_cover - gas - tension + n2 * model.mass[0] * model.gravity)
     for j in range(lanes(n2)):
         on_ground[j] -= min(workspace.area.z[FIRST + j], 0.0)
@@ -146,7 +146,7 @@ def push_cover_row(model, state, workspace, step, at):
     add_cargo_work(work, by_column, gas_on_cover + gas, model.gravity * moving, moving, between, velocity, step.dt)
     work.contact[0] += impulse * between
     record_forces(now, state.peaks, workspace, n2, step.dt, whole)
-    now[History.GROUND_AREA] = whole * (model.cover_area + model.hoop.gas * total(by_column.on_ground, n2))
+    now[History.GROUND_AREA] = whole * (model.base_area + model.hoop.gas * total(by_column.on_ground, n2))
     return height
 
 

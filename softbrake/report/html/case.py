@@ -7,6 +7,7 @@ from typing import Any
 
 from softbrake.case.case import key_at
 from softbrake.case.sections.contact import PARTS
+from softbrake.case.sections.shell import shell_of
 from softbrake.case.units import Dimension
 from softbrake.report.html.frame import table
 
@@ -59,4 +60,4 @@ def _damping_ratio(case: dict[str, Any]) -> float | None:
     if not {"E22", "areal_density", "nu12", "nu21", "viscosity"} <= fabric.keys() or "diameter" not in case.get("shell", {}):
         return None
     stiffness = fabric["areal_density"] * fabric["E22"] / (1 - fabric["nu12"] * fabric["nu21"])
-    return float(fabric["viscosity"] / (case["shell"]["diameter"] * math.sqrt(stiffness)))
+    return float(fabric["viscosity"] / (shell_of(case["shell"]).diameter * math.sqrt(stiffness)))

@@ -8,6 +8,7 @@ from html import escape
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from softbrake.case.sections.shell import shell_of
 from softbrake.case.units import STANDARD_GRAVITY
 from softbrake.report.comparison_rows import comparison_rows, heading_lines, rating_rows
 from softbrake.report.html.case import case_table
@@ -75,7 +76,7 @@ def _answers(case: dict[str, Any], summary: Summary) -> str:
         if margin is not None:
             note = "of strength over peak tension" if margin >= 0.0 else "the strength is exceeded"
             cards.append(Card(f"margin, {name}", margin_in_words(margin), [note], margin < 0.0))
-    height = case["shell"]["height"]
+    height = shell_of(case["shell"]).height
     cards.append(Card("stroke", f"{height - summary.lowest_height:.4g} m", [f"of {height:g} m"]))
     reason = "no error bar was asked for" if summary.fidelity_reason is None else f"error bars: {summary.fidelity_reason}"
     doubt = "" if summary.doubt is None else f'<p class="bad">{escape(summary.doubt)}</p>'

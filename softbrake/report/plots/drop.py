@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from softbrake.case.sections.shell import shell_of
 from softbrake.report.plots import panels
 from softbrake.report.plots.style import (
     CARGO_COLOUR,
@@ -131,7 +132,7 @@ def drop_figure(path: Path | str, instants: int = 4) -> Figure:
     limit = float(np.percentile(tension[chosen], 99.5))
     limit = limit if limit > 0.0 else 1.0
     colours = mpl.colors.LinearSegmentedColormap.from_list("tension", TENSION_COLOURS)
-    reach = 1.1 * max(0.8 * case["shell"]["diameter"], float(np.abs(shots.xyz[chosen, ..., :2]).max()))
+    reach = 1.1 * max(0.8 * shell_of(case["shell"]).diameter, float(np.abs(shots.xyz[chosen, ..., :2]).max()))
     pitch = np.array([2.1 * reach, 0.0])
 
     with mpl.rc_context(STYLE):
@@ -165,7 +166,7 @@ def _draw_profiles(axes: NDArray[Any], case: dict[str, Any], shots: Snapshots) -
     for panel, shot in zip(axes.flat, chosen, strict=False):
         panels.draw_profile(panel, case, shots, shot)
         panel.set_title(panels.when(shots, shot), fontweight="normal")
-        radius = case["shell"]["diameter"] / 2
+        radius = shell_of(case["shell"]).upper_diameter / 2
         panel.set(aspect="equal", **panels.view(case, shots, chosen))
         panel.set_xticks(np.round([-radius, 0.0, radius], 6))
         panel.grid(False)
@@ -207,18 +208,18 @@ def _scene(
     case: dict[str, Any], xyz: NDArray[Any], tension: NDArray[Any], colours: Any
 ) -> tuple[list[NDArray[Any]], NDArray[Any], NDArray[Any]]:
     """Shell, belts, cover and cargo as polygons in the picture, farthest first: corners, colours, line widths."""
-    diameter, height = case["shell"]["diameter"], float(xyz[-1, :, 2].mean())
+    diameter, height = shell_of(case["shell"]).upper_diameter, float(xyz[-1, :, 2].mean())
     xyz, tension = (np.concatenate((values, values[:, :1]), axis=1).astype(float) for values in (xyz, tension))
-    shell = _quads(xyz)
+    wall = _quads(xyz)
     level = 0.25 * (tension[:-1, :-1] + tension[:-1, 1:] + tension[1:, 1:] + tension[1:, :-1]).ravel()
-    rows = belt_rows([belt["height"] for belt in case["belts"]], case["shell"]["height"], case["grid"]["generatrix"])
+    rows = belt_rows(shell_of(case["shell"]), [belt["height"] for belt in case["belts"]], case["grid"]["generatrix"])
     belts = np.stack((xyz[rows, :-1], xyz[rows, 1:]), axis=-2).reshape(-1, 2, 3)
     cover, crate = _cover(height, diameter), _crate(height + 0.03 * diameter, 0.64 * diameter)
 
     faces, paint, widths, nearness = [], [], [], []
     # Parts that touch are told apart by a nudge towards the eye or away from it, in diameters.
     for polygons, colour, width, nudge in (
-        (shell, _shade(colours(level), shell), 0.4, 0.0),
+        (wall, _shade(colours(level), wall), 0.4, 0.0),
         (cover, _shade(COVER_COLOUR, cover), 0.4, -0.02),
         (crate, _shade(CARGO_COLOUR, crate), 0.4, 0.02),
         (belts, np.tile(_shade(INK), (len(belts), 1)), 1.6, 0.06),

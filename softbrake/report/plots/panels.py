@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from softbrake.case.sections.output import CFC_DEFAULT
+from softbrake.case.sections.shell import shell_of
 from softbrake.case.units import STANDARD_GRAVITY
 from softbrake.report.plots.style import BLUE, CARGO_COLOUR, GREEN, GREY, GROUND_COLOUR, INK, ORANGE, RED
 from softbrake.sim.filters import filtered_slope
@@ -25,7 +26,7 @@ SPACE = "   "  # between time and speed of a caption
 def draw_speed(axes: Axes, case: dict[str, Any], history: NDArray[Any], summary: Summary | None) -> None:
     """Downward speed, with free fall down to the ground beside it."""
     time = history["time"]
-    start, gravity, drop = case["cargo"]["velocity"], case["gravity"], case["shell"]["height"]
+    start, gravity, drop = case["cargo"]["velocity"], case["gravity"], shell_of(case["shell"]).height
     landing = (np.sqrt(start**2 + 2 * gravity * drop) - start) / gravity if gravity else drop / start
     falling = np.linspace(0.0, min(landing, time[-1]), 50)
     axes.plot(time * 1e3, -history["velocity"], color=BLUE, label="cargo")
@@ -120,14 +121,14 @@ def draw_wall_tensions(axes: Axes, case: dict[str, Any], shots: Snapshots, scale
     """Tensions of the first snapshot over a scale, N/m, means around the hoop, along the unloaded wall."""
     for name, label, colour in (("tension_generatrix", "generatrix", BLUE), ("tension_hoop", "hoop", ORANGE)):
         values = shots.fields[name][0].mean(axis=1)
-        axes.plot(np.linspace(0.0, case["shell"]["height"], len(values)), values / scale, color=colour, label=label)
+        axes.plot(np.linspace(0.0, shell_of(case["shell"]).wall, len(values)), values / scale, color=colour, label=label)
     axes.set(title="Tensions of the fabric", ylabel=unit)
 
 
 def draw_radius(axes: Axes, case: dict[str, Any], shots: Snapshots) -> None:
     """Radius of the first snapshot, mean around the hoop, along the unloaded wall."""
     radius = np.hypot(shots.xyz[0, ..., 0], shots.xyz[0, ..., 1]).mean(axis=1)
-    axes.plot(np.linspace(0.0, case["shell"]["height"], len(radius)), radius, color=BLUE)
+    axes.plot(np.linspace(0.0, shell_of(case["shell"]).wall, len(radius)), radius, color=BLUE)
     axes.set(title="Radius", ylabel="m")
 
 
@@ -188,22 +189,23 @@ def cut(shots: Snapshots, shot: int) -> list[tuple[NDArray[Any], NDArray[Any]]]:
 
 def view(case: dict[str, Any], shots: Snapshots, chosen: Sequence[int]) -> dict[str, tuple[float, float]]:
     """Limits, m, that hold the cuts of some snapshots, for `Axes.set`."""
-    diameter, height = case["shell"]["diameter"], case["shell"]["height"]
+    shell = shell_of(case["shell"])
     beside = float(np.abs(shots.xyz[chosen][..., [0, case["grid"]["hoop"] // 2], :2]).max())
-    reach = 1.1 * max(0.8 * diameter, beside)
-    return {"xlim": (-reach, reach), "ylim": (-0.08 * height, shots.height[0] + 0.57 * diameter)}
+    reach = 1.1 * max(0.8 * shell.diameter, beside)
+    return {"xlim": (-reach, reach), "ylim": (-0.08 * shell.height, shots.height[0] + 0.57 * shell.upper_diameter)}
 
 
 def draw_profile(axes: Axes, case: dict[str, Any], shots: Snapshots, shot: int) -> None:
     """The cut through column 0 and the opposite one, with belts, cargo, cover and ground."""
-    rows = belt_rows([belt["height"] for belt in case["belts"]], case["shell"]["height"], case["grid"]["generatrix"])
-    radius, box = case["shell"]["diameter"] / 2, case["cargo"]["diameter"]
-    top = min(case["cargo"].get("height", np.inf), 0.48 * case["shell"]["diameter"])  # of the cargo, as far as there is room
+    shell = shell_of(case["shell"])
+    rows = belt_rows(shell, [belt["height"] for belt in case["belts"]], case["grid"]["generatrix"])
+    radius, box = shell.upper_diameter / 2, case["cargo"]["diameter"]
+    top = min(case["cargo"].get("height", np.inf), 0.48 * shell.upper_diameter)  # of the cargo, as far as there is room
     for side, (r, z) in zip((1.0, -1.0), cut(shots, shot), strict=True):
         axes.plot(r, z, color=BLUE, linewidth=1.3, label="shell" if side > 0 else None)
         axes.plot(r[rows], z[rows], "o", color=GREEN, markersize=3.5, label="belts" if side > 0 and rows else None)
     height = shots.height[shot]
     axes.fill_between([-box / 2, box / 2], height, height + top, facecolor=CARGO_COLOUR, edgecolor=INK, linewidth=0.8)
     axes.plot([-radius, radius], [height, height], color=INK, linewidth=2.0, solid_capstyle="butt")
-    axes.axhspan(-0.08 * case["shell"]["height"], 0.0, color=GROUND_COLOUR, linewidth=0)
+    axes.axhspan(-0.08 * shell.height, 0.0, color=GROUND_COLOUR, linewidth=0)
     axes.axhline(0.0, color=INK, linewidth=0.8)
