@@ -1,0 +1,139 @@
+"""Profiles other than the cylinder: geometry, statics against a boundary-value solver and balances, drops on all fidelities."""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Callable
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from scipy.integrate import solve_bvp
+
+from softbrake.case.case import Case, case_to_dict
+from softbrake.case.case_file import CaseError, parse_case
+from softbrake.case.generatrix import Generatrix, bulging, straight, through, zone
+from softbrake.core.arrays import Floats
+from softbrake.sim.build import build_model, grid_view, places
+from softbrake.sim.inflate import inflate
+from softbrake.sim.simulation import Simulation, simulate
+
+SHAPES = {
+    "cone": "{profile: cone, lower_diameter: 1.2 m, upper_diameter: 0.8 m, height: 0.9 m}",
+    "barrel": "{profile: barrel, lower_diameter: 0.9 m, upper_diameter: 0.7 m, height: 0.8 m, bulge: 0.7 m}",
+    "sphere": "{profile: sphere, diameter: 1.2 m, lower_diameter: 0.6 m, upper_diameter: 0.5 m}",
+    "table": "{profile: table, heights: [0 m, 0.3 m, 0.7 m], diameters: [0.8 m, 1.1 m, 0.7 m]}",
+}
+REST = """
+fabric: {{E: {stiffness} kN/m, areal_density: 0.1 kg/m^2, damping_ratio: 3 %, law: {law}}}
+cargo: {{mass: 100 kg, velocity: 6 m/s, diameter: 0.4 m}}
+pressure: {{law: constant, value: 10 kPa}}
+gravity: {gravity}
+model: {{fidelity: {fidelity}}}
+grid: {{generatrix: {cells}, hoop: 64}}
+"""
+P = 10e3  # Pa
+
+
+def case_of(shape: str, cells: int = 24, fidelity: str = "axisymmetric", law: str = "nominal_tension", **more: object) -> Case:
+    asked = {"stiffness": 60, "gravity": 0, "law": law, "fidelity": fidelity, "cells": cells} | more
+    return parse_case(f"shell: {SHAPES.get(shape, shape)}" + REST.format(**asked), "shape.yaml")
+
+
+GENERATRICES = [
+    straight(0.9, 0.6, 0.4),
+    bulging(0.8, 0.45, 0.35, 0.7),
+    zone(1.2, 0.3, 0.25),
+    through([(0, 0.4), (0.3, 0.55), (0.7, 0.35)]),
+]
+
+
+@pytest.mark.parametrize("generatrix", GENERATRICES, ids=["cone", "arc", "ball", "table"])
+def test_lengths_areas_and_volumes_are_those_of_many_frusta(generatrix: Generatrix) -> None:
+    z, r = np.array(generatrix.rows(30_000)).T
+    along, rise = np.hypot(np.diff(z), np.diff(r)), np.diff(z)
+    assert generatrix.length == pytest.approx(along.sum(), rel=1e-8)
+    assert generatrix.area == pytest.approx((math.pi * (r[1:] + r[:-1]) * along).sum(), rel=1e-8)
+    assert generatrix.volume == pytest.approx((math.pi / 3 * rise * (r[1:] ** 2 + r[1:] * r[:-1] + r[:-1] ** 2)).sum(), rel=1e-8)
+    assert (generatrix.height, generatrix.widest, generatrix.narrowest) == pytest.approx((z[-1], r.max(), r.min()), abs=1e-8)
+    for share in (0.0, 0.2, 0.51, 1.0):
+        height, _ = generatrix.at(share * generatrix.length)
+        assert generatrix.along(height) == pytest.approx(share * generatrix.length, abs=1e-9)
+
+
+def test_a_ball_is_a_ball() -> None:
+    """Archimedes: the zone's area is 2 pi R h; its volume that of the ball less two caps."""
+    ball = zone(1.2, 0.3, 0.25)
+    assert ball.area == pytest.approx(2.0 * math.pi * 0.6 * ball.height)
+    below, above = math.sqrt(0.6**2 - 0.3**2), math.sqrt(0.6**2 - 0.25**2)
+    caps = sum(math.pi * (0.6 - z) ** 2 * (2 * 0.6 + z) / 3.0 for z in (below, above))
+    assert ball.height == pytest.approx(below + above) and ball.volume == pytest.approx(4.0 / 3.0 * math.pi * 0.6**3 - caps)
+
+
+@pytest.mark.parametrize("fidelity", ["axisymmetric", "full", "lumped"])
+def test_a_cylinder_by_any_name_is_the_same_to_the_last_bit(fidelity: str) -> None:
+    def model(shape: str) -> list[Floats]:
+        found = build_model(case_of(shape, fidelity=fidelity))
+        return [*found.shape[:3], found.mass, found.per_mass, np.array([found.cover_area, found.base_area])]
+
+    plain = model("{diameter: 0.8 m, height: 0.7 m}")
+    for other in (
+        "{profile: cone, lower_diameter: 0.8 m, upper_diameter: 0.8 m, height: 0.7 m}",
+        "{profile: table, heights: [0 m, 0.7 m], diameters: [0.8 m, 0.8 m]}",
+    ):
+        for one, two in zip(plain, model(other), strict=True):
+            np.testing.assert_allclose(one, two, rtol=1e-15 if "table" not in other else 1e-13)
+
+
+def membrane(case: Case) -> tuple[Callable[[Floats], Floats], float]:
+    """Height and radius over the unloaded length, and the axial force N of the wall at the upper rim, by a collocation solver.
+
+    Nominal tensions. Forces per angle P, Q (N/rad) of the generatrix along r and z; pressure follows the deformed wall:
+    P' = N22 - p r z', Q' = p r r', with r0 N11 (r', z')/lambda1 = (P, Q), N11 = c11 e1 + c12 e2, N22 = c12 e1 + c22 e2.
+    """
+    cloth, generatrix = case.fabric, case.shell.generatrix
+    c11, c22 = cloth.E11 / cloth.contraction, cloth.E22 / cloth.contraction
+    c12 = cloth.nu12 * c11
+    s = np.linspace(0.0, generatrix.length, 401)
+
+    def radius(at: Floats) -> Floats:
+        return np.array([generatrix.at(each)[1] for each in at])
+
+    def slopes(at: Floats, y: Floats) -> Floats:
+        r, _, pull_r, pull_z = y
+        r0, pull = radius(at), np.hypot(pull_r, pull_z)
+        e2 = r / r0 - 1.0
+        e1 = (pull / r0 - c12 * e2) / c11
+        dr, dz = (1.0 + e1) * pull_r / pull, (1.0 + e1) * pull_z / pull
+        return np.array([dr, dz, c12 * e1 + c22 * e2 - P * r * dz, P * r * dr])
+
+    ends = [generatrix.at(0.0), generatrix.at(generatrix.length)]
+
+    def held(first: Floats, last: Floats) -> Floats:
+        return np.array([first[0] - ends[0][1], first[1] - ends[0][0], last[0] - ends[1][1], last[1] - ends[1][0]])
+
+    start = np.array([radius(s), [generatrix.at(each)[0] for each in s], 0.0 * s, 400.0 + 0.0 * s])
+    found = solve_bvp(slopes, held, s, start, tol=1e-9, max_nodes=200_000)
+    assert found.success, found.message
+    return (lambda at: found.sol(at)[:2]), float(2.0 * math.pi * found.sol(generatrix.length)[3])
+
+
+@pytest.mark.parametrize("shape", ["cone", "barrel", "sphere"])
+def test_inflated_shapes_are_those_of_a_boundary_value_solver(shape: str) -> None:
+    """Places and the pull on the cover, of second order in the cells."""
+    cells = np.array([24, 48, 96])
+    places_off, pull_off = [], []
+    for count in cells:
+        case = case_of(shape, int(count))
+        exact, pull = membrane(case)
+        drop = Simulation(case)
+        drop.inflate()
+        x, z = drop.state.nodes.x[: count + 1], drop.state.nodes.z[: count + 1]
+        r0, z0 = exact(np.linspace(0.0, case.shell.wall, count + 1))
+        places_off.append(float(np.hypot(x - r0, z - z0).max()))
+        pull_off.append(abs(inflate(case).wall_pull - pull) / (P * math.pi * case.shell.upper_diameter**2 / 4))
+    orders = [-np.polyfit(np.log(cells), np.log(off), 1)[0] for off in (places_off, pull_off)]
+    print(shape, places_off, pull_off, orders)
+    assert orders == pytest.approx([2.0, 2.0], abs=0.3)
+    assert places_off[-1] < 1e-4 and pull_off[-1] < 2e-3
