@@ -15,7 +15,7 @@ from typing import NamedTuple
 import numpy as np
 
 from softbrake.core.arrays import Floats
-from softbrake.signals.channel import Channel, SignalError, check_units, is_unit, listed, second_size, si_size
+from softbrake.signals.channel import Channel, SignalError, check_units, is_unit, latin_or_utf8, listed, second_size, si_size
 
 DELIMITERS = {"\t": "tabs", ";": "semicolons", ",": "commas", " ": "spaces"}
 COMMENTS = ("#", "%", "//")
@@ -75,16 +75,12 @@ def read(path: Path, units: Mapping[str, str], time: str | None) -> list[Channel
 
 
 def _text(path: Path) -> str:
-    """Text of a file; what is not UTF-8 is Latin-1, where names and units of western loggers read the same."""
     data = path.read_bytes()
     if data.startswith((b"\xff\xfe", b"\xfe\xff")):
         return data.decode("utf-16", "replace")
     if b"\0" in data:
         raise SignalError(f"{path}: is no text; columns of numbers, or a file *.mme, *.uff, *.tdms are expected")
-    try:
-        return data.decode("utf-8-sig")
-    except UnicodeDecodeError:
-        return data.decode("latin-1")
+    return latin_or_utf8(data)
 
 
 def _cells(text: str, delimiter: str) -> list[tuple[int, str]]:
