@@ -203,7 +203,7 @@ def test_random_tables_of_any_form_are_read_to_the_last_digit(tmp_path: Path) ->
 
 def test_exported_curves_are_read_back_exactly(tmp_path: Path) -> None:
     drop.write(tmp_path / "drop.vtkhdf", drop.case(4, 8))
-    assert CliRunner().invoke(app, ["export", str(tmp_path / "drop.vtkhdf"), "--csv"]).exit_code == 0
+    assert CliRunner().invoke(app, ["export", str(tmp_path / "drop.vtkhdf"), "--format", "csv"]).exit_code == 0
     result = softbrake.read_result(tmp_path / "drop.vtkhdf")
     channels = read_channels(tmp_path / "drop.csv")
     assert {each.name: each.unit for each in channels} | {"time": "s"} == result.units

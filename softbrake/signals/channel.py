@@ -98,12 +98,13 @@ def fault_of(place: str, values: Floats) -> str | None:
     return f"{place}: sample {odd[0] + 1} is {values[odd[0]]}; a number at each sample is expected" if odd.size else None
 
 
-def latin_or_utf8(data: bytes) -> str:
-    """Text of a file; what is not UTF-8 is Latin-1, where names and units of western loggers read the same."""
+def lines_of(data: bytes) -> list[str]:
+    """Lines of a text; what is not UTF-8 is Latin-1, where names and units of western loggers read the same."""
     try:
-        return data.decode("utf-8-sig")
+        text = data.decode("utf-16" if data.startswith((b"\xff\xfe", b"\xfe\xff")) else "utf-8-sig")
     except UnicodeDecodeError:
-        return data.decode("latin-1")
+        text = data.decode("latin-1")
+    return re.split(r"\r\n|\r|\n", text)
 
 
 def listed(names: Iterable[str]) -> str:

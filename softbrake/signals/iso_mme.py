@@ -15,7 +15,7 @@ from typing import NamedTuple
 import numpy as np
 
 from softbrake.core.arrays import Floats
-from softbrake.signals.channel import Channel, SignalError, check_units, latin_or_utf8, second_size, si_size
+from softbrake.signals.channel import Channel, SignalError, check_units, lines_of, second_size, si_size
 
 # Classes of SAE J211 by the last character of a code; others are unfiltered or of filters that are no class.
 CLASSES = dict(zip("ABCDEFGHL", (1000, 600, 180, 60, 1000, 600, 180, 60, 20), strict=True))
@@ -88,7 +88,7 @@ def _channel_files(path: Path) -> list[Path]:
 
 def _header(path: Path) -> tuple[dict[str, str], list[str], int]:
     """Values of a file by their keys in lower case, the first of each; the lines behind; the number of lines before."""
-    lines = latin_or_utf8(path.read_bytes()).splitlines()
+    lines = lines_of(path.read_bytes())
     keys: dict[str, str] = {}
     for k, line in enumerate(lines):
         match = _LINE.fullmatch(line.strip())
@@ -141,8 +141,7 @@ def _times(file: _File, files: list[_File]) -> Floats:
         first, interval = (_number(file, key) for key in ("Time of first sample", "Sampling interval"))
         if interval <= 0.0:
             raise SignalError(f"{file.path}: '{file.name}': 'Sampling interval' is {interval}; more than 0 s is expected")
-        even: Floats = first + interval * np.arange(len(file.texts))
-        return even
+        return first + interval * np.arange(len(file.texts), dtype=np.float64)
     reference = file.keys.get("reference channel name", "")
     named = [each for each in files if reference and reference in (each.code, each.name)]
     if not _explicit(file) or len(named) != 1:

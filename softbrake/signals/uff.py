@@ -139,8 +139,8 @@ def write(path: Path, title: str, channels: Iterable[Channel]) -> None:
     pyuff = _pyuff(path)
     path.unlink(missing_ok=True)
     file = pyuff.UFF(str(path))
-    units = dict(units_code=SI, units_description="SI", temp_mode=1, length=1.0, force=1.0, temp=1.0, temp_offset=0.0)
-    sets: list[dict[str, Any]] = [dict(type=164, **units)]
+    sets: list[dict[str, Any]] = [{"type": 164, "units_code": SI, "units_description": "SI", "temp_mode": 1}]
+    sets[0] |= {"length": 1.0, "force": 1.0, "temp": 1.0, "temp_offset": 0.0}
     for k, each in enumerate(channels, 1):
         first, interval = (float(f"{number:.{DIGITS - 1}e}") for number in (each.time[0], each.time[1] - each.time[0]))
         if np.abs(first + interval * np.arange(len(each.time)) - each.time).max() > 1e-6 * interval:
@@ -148,12 +148,10 @@ def write(path: Path, title: str, channels: Iterable[Channel]) -> None:
         if not np.isfinite(each.values).all():
             raise SignalError(f"{path}: '{each.name}': samples that are no numbers; pyuff would write 0.0")
         length, force = GENERAL.get(each.unit, (0, 0))
-        sets.append(
-            dict(type=58, binary=1, func_type=TIME_RESPONSE, id1=each.name[:80], id2=title[:80] or NONE)
-            | dict(rsp_node=k, rsp_dir=0, ref_node=0, ref_dir=0)
-            | dict(abscissa_spacing=1, abscissa_spec_data_type=TIME, abscissa_axis_units_lab="s", x=each.time)
-            | dict(ordinate_spec_data_type=TYPES.get(each.unit, 1), ordinate_axis_units_lab=each.unit[:FIELD])
-            | dict(ordinate_len_unit_exp=length, ordinate_force_unit_exp=force, orddenom_spec_data_type=0)
-            | dict(data=each.values)
-        )
+        axis = {"abscissa_spacing": 1, "abscissa_spec_data_type": TIME, "abscissa_axis_units_lab": "s", "x": each.time}
+        unit = {"ordinate_spec_data_type": TYPES.get(each.unit, 1), "ordinate_axis_units_lab": each.unit[:FIELD]}
+        unit |= {"ordinate_len_unit_exp": length, "ordinate_force_unit_exp": force, "orddenom_spec_data_type": 0}
+        node = {"rsp_node": k, "rsp_dir": 0, "ref_node": 0, "ref_dir": 0}  # no entities: their names would move the nodes
+        about = {"type": 58, "binary": 1, "func_type": TIME_RESPONSE, "id1": each.name[:80], "id2": title[:80] or NONE}
+        sets.append(about | node | axis | unit | {"data": each.values})
     file.write_sets(sets, "add")  # "overwrite" of pyuff 2.5.8 keeps nothing of a binary set
