@@ -261,7 +261,7 @@ def dropped(softbrake: Command, tmp_path: Path) -> Path:
 
 
 def test_a_drop_beside_its_own_export_is_the_same(softbrake: Command, dropped: Path) -> None:
-    assert softbrake("export", "bag.vtkhdf", "--csv").returncode == 0
+    assert softbrake("export", "bag.vtkhdf", "--format", "csv").returncode == 0
     asked = ("--channel", "acceleration", "--channel", "pressure", "--channel", "velocity", "--channel", "height")
     known = ("--gravity", "out", "--pressure", "gauge", "--cfc", "none")
     done = softbrake("compare", "bag.vtkhdf", "bag.csv", *asked, *known, "--json", "-o", "over.png", "-o", "page.html")
