@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import math
 from collections.abc import Callable
 from dataclasses import replace
@@ -11,11 +10,12 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_bvp
 
-from softbrake.case.case import Case, case_to_dict
-from softbrake.case.case_file import CaseError, parse_case
+from softbrake.case.case import Case
+from softbrake.case.case_file import parse_case
 from softbrake.case.generatrix import Generatrix, bulging, straight, through, zone
 from softbrake.core.arrays import Floats
-from softbrake.sim.build import build_model, grid_view, places
+from softbrake.core.columns import History
+from softbrake.sim.build import build_model, grid_view
 from softbrake.sim.inflate import inflate
 from softbrake.sim.simulation import Simulation, simulate
 
@@ -27,17 +27,17 @@ SHAPES = {
 }
 REST = """
 fabric: {{E: {stiffness} kN/m, areal_density: 0.1 kg/m^2, damping_ratio: 3 %, law: {law}}}
-cargo: {{mass: 100 kg, velocity: 6 m/s, diameter: 0.4 m}}
+cargo: {{mass: 100 kg, velocity: 6 m/s, diameter: {box} m}}
 pressure: {{law: constant, value: 10 kPa}}
 gravity: {gravity}
 model: {{fidelity: {fidelity}}}
-grid: {{generatrix: {cells}, hoop: 64}}
+grid: {{generatrix: {cells}, hoop: {hoop}}}
 """
 P = 10e3  # Pa
 
 
 def case_of(shape: str, cells: int = 24, fidelity: str = "axisymmetric", law: str = "nominal_tension", **more: object) -> Case:
-    asked = {"stiffness": 60, "gravity": 0, "law": law, "fidelity": fidelity, "cells": cells} | more
+    asked = {"stiffness": 60, "gravity": 0, "law": law, "fidelity": fidelity, "cells": cells, "hoop": 64, "box": 0.4} | more
     return parse_case(f"shell: {SHAPES.get(shape, shape)}" + REST.format(**asked), "shape.yaml")
 
 
@@ -53,10 +53,10 @@ GENERATRICES = [
 def test_lengths_areas_and_volumes_are_those_of_many_frusta(generatrix: Generatrix) -> None:
     z, r = np.array(generatrix.rows(30_000)).T
     along, rise = np.hypot(np.diff(z), np.diff(r)), np.diff(z)
-    assert generatrix.length == pytest.approx(along.sum(), rel=1e-8)
-    assert generatrix.area == pytest.approx((math.pi * (r[1:] + r[:-1]) * along).sum(), rel=1e-8)
-    assert generatrix.volume == pytest.approx((math.pi / 3 * rise * (r[1:] ** 2 + r[1:] * r[:-1] + r[:-1] ** 2)).sum(), rel=1e-8)
-    assert (generatrix.height, generatrix.widest, generatrix.narrowest) == pytest.approx((z[-1], r.max(), r.min()), abs=1e-8)
+    assert generatrix.length == pytest.approx(along.sum(), rel=1e-5)
+    assert generatrix.area == pytest.approx((math.pi * (r[1:] + r[:-1]) * along).sum(), rel=1e-5)
+    assert generatrix.volume == pytest.approx((math.pi / 3 * rise * (r[1:] ** 2 + r[1:] * r[:-1] + r[:-1] ** 2)).sum(), rel=1e-5)
+    assert (generatrix.height, generatrix.widest, generatrix.narrowest) == pytest.approx((z[-1], r.max(), r.min()), abs=1e-5)
     for share in (0.0, 0.2, 0.51, 1.0):
         height, _ = generatrix.at(share * generatrix.length)
         assert generatrix.along(height) == pytest.approx(share * generatrix.length, abs=1e-9)
@@ -113,8 +113,10 @@ def membrane(case: Case) -> tuple[Callable[[Floats], Floats], float]:
     def held(first: Floats, last: Floats) -> Floats:
         return np.array([first[0] - ends[0][1], first[1] - ends[0][0], last[0] - ends[1][1], last[1] - ends[1][0]])
 
-    start = np.array([radius(s), [generatrix.at(each)[0] for each in s], 0.0 * s, 400.0 + 0.0 * s])
-    found = solve_bvp(slopes, held, s, start, tol=1e-9, max_nodes=200_000)
+    r0, z0 = np.array([generatrix.at(each)[::-1] for each in s]).T
+    pull = 0.5 * P * r0 * r0
+    start = np.array([r0, z0, pull * np.gradient(r0, s), pull * np.gradient(z0, s)])
+    found = solve_bvp(slopes, held, s, start, tol=1e-7, max_nodes=20_000)
     assert found.success, found.message
     return (lambda at: found.sol(at)[:2]), float(2.0 * math.pi * found.sol(generatrix.length)[3])
 
@@ -137,3 +139,81 @@ def test_inflated_shapes_are_those_of_a_boundary_value_solver(shape: str) -> Non
     print(shape, places_off, pull_off, orders)
     assert orders == pytest.approx([2.0, 2.0], abs=0.3)
     assert places_off[-1] < 1e-4 and pull_off[-1] < 2e-3
+
+
+@pytest.mark.parametrize("fidelity", ["axisymmetric", "full"])
+def test_stiff_shapes_obey_the_balance_of_the_membrane(fidelity: str) -> None:
+    """Cone: T22 = p r/cos(alpha), and T11 2 pi r cos(alpha) = N + p pi (r² - R²). Ball: T11 + T22 = p R. To 0.1 %, at mid rows."""
+    case = case_of("cone", 96 if fidelity == "axisymmetric" else 48, fidelity, stiffness=60_000)
+    found = inflate(case)
+    slant = case.shell.wall / case.shell.height
+    r = case.shell.at(0.5 * case.shell.wall)[1]
+    assert found.middle_tension_hoop == pytest.approx(P * r * slant, rel=1e-3)
+    pull = found.wall_pull + P * math.pi * (r * r - 0.4**2)
+    assert found.middle_tension_generatrix == pytest.approx(pull * slant / (2.0 * math.pi * r), rel=1e-3)
+    ball = inflate(case_of("sphere", 96 if fidelity == "axisymmetric" else 48, fidelity, stiffness=60_000))
+    assert ball.middle_tension_generatrix + ball.middle_tension_hoop == pytest.approx(P * 0.6, rel=1e-3)
+
+
+def test_two_discs_sewn_together_become_the_mylar_balloon() -> None:
+    """Radius a/1.3110287771 and volume 1.218524 a³ of inextensible cloth, hoops slack; small covers at its poles change nothing.
+
+    Stretch is p a/E, 2e-4, and what the hoops carry at the equator.
+    """
+    r = 1.0 / 1.3110287771
+    t = np.linspace(0.0, 0.06, 20_001)
+    below = np.sqrt(r**4 - t**4)
+    cut = float(np.trapezoid(r * r / below, t))  # of cloth under a cover of 60 mm
+    lost = float(np.trapezoid(t * t / below, t))  # of the thickness there
+    thickness, cloth, rim = 2.0 * (0.5990701173 * r - lost), 1.0 - cut, 2.0 * cut
+    shell = f"{{profile: pattern, height: {thickness}, lengths: [0, {cloth}, {2 * cloth}], diameters: [{rim}, 2, {rim}]}}"
+    case = case_of(shell, 128, law="tension_field", stiffness=50_000, hoop=120, box=0.1)
+    case = replace(case, fabric=replace(case.fabric, nu12=0.0))
+    found = inflate(case)
+    assert found.largest_radius == pytest.approx(r, rel=5e-4)
+    assert found.volume == pytest.approx(1.218524, rel=6e-4)
+    softer = inflate(replace(case, fabric=replace(case.fabric, E11=5e6, E22=5e6)))
+    assert 5.0 < (softer.largest_radius - r) / (found.largest_radius - r) < 15.0  # as 1/E
+
+
+@pytest.mark.parametrize("shape", SHAPES)
+@pytest.mark.parametrize("fidelity", ["axisymmetric", "full", "lumped"])
+def test_cargo_falls_freely_above_a_wall_without_gas(shape: str, fidelity: str) -> None:
+    """A light wall hangs slack, without pressure and contact nothing brakes. The piston is exact."""
+    case = case_of(shape, 16, fidelity, law="tension_field", gravity="9.81 m/s^2")
+    assert case.pressure is not None
+    case = replace(case, pressure=replace(case.pressure, value=0.0), contact=(), fabric=replace(case.fabric, viscosity=0.0))
+    found = simulate(case)
+    assert found.impact_velocity == pytest.approx(math.sqrt(36.0 + 2.0 * 9.81 * case.shell.height), rel=2e-3)
+    if fidelity == "lumped":
+        assert found.impact_velocity == pytest.approx(math.sqrt(36.0 + 2.0 * 9.81 * case.shell.height), rel=1e-9)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("shape", SHAPES)
+@pytest.mark.parametrize("fidelity", ["axisymmetric", "full"])
+def test_books_of_drops_close(shape: str, fidelity: str) -> None:
+    """Energy to round-off, nothing from nowhere; momentum: what the ground gave is what cargo and wall lost; round shells agree."""
+    case = case_of(shape, 20, fidelity, law="tension_field", gravity="9.81 m/s^2")
+    drop = Simulation(case)
+    drop.interval = 1
+    rows = []
+    while True:
+        new, outcome = drop.advance(most=500)
+        rows.append(new.copy())
+        if outcome:
+            break
+    found = drop.finish(outcome)
+    assert abs(found.energy_error) < 1e-10
+    assert max(found.energy_made.values()) < 1e-3
+    assert found.doubt is None and found.missed_collisions in (0, None)
+    if fidelity == "full":
+        history, model = np.concatenate(rows), drop.model
+        steps = history[:-1, History.TIME_STEP]
+        dt = 0.5 * (np.concatenate(([0.0], steps[:-1])) + steps)
+        weight = model.hoop.whole * (model.n2 * model.mass.sum() + model.cargo_mass) * model.gravity
+        impulse = float(np.sum(dt * (history[:-1, History.GROUND_FORCE] - weight)))
+        w = grid_view(drop.state.nodes.w, model)
+        after = model.hoop.whole * float(model.mass @ w.sum(axis=1) + model.cargo_mass * w[-1, 0])
+        before = -6.0 * model.hoop.whole * float(model.n2 * model.mass[1:].sum() + model.cargo_mass)
+        assert after - before == pytest.approx(impulse, abs=1e-10 * abs(before))

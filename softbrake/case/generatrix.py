@@ -190,3 +190,31 @@ def zone(diameter: float, lower: float, upper: float) -> Generatrix:
 def through(points: Sequence[Place]) -> Generatrix:
     """Return straight pieces through points that follow one another."""
     return Generatrix(tuple(Line(one, other) for one, other in pairwise(points)))
+
+
+def hung(height: float, lengths: Sequence[float], diameters: Sequence[float]) -> Generatrix:
+    """Return where cloth hangs between covers of a distance (m), rows at evenly spaced heights, no edge longer than its cloth.
+
+    Lengths along the cloth and diameters of its hoops, m. As near to its own radii as its lengths allow; hoops are slack there.
+    Raises ValueError where the cloth is too short, or its hoops grow faster than it is long.
+    """
+    total, radii = lengths[-1], [0.5 * diameter for diameter in diameters]
+    straight_line = math.hypot(height, radii[-1] - radii[0])
+    if straight_line > total * (1.0 + 1e-12):
+        raise ValueError(f"{total:.6g} m of cloth do not reach from cover to cover; {straight_line:.6g} m or more")
+    part = 1.0  # of the way from the straight line to the radii of the cloth
+    for row, ((start, stop), (one, other)) in enumerate(zip(pairwise(lengths), pairwise(radii), strict=True), 1):
+        if abs(other - one) > (stop - start) * (1.0 + 1e-12):
+            raise ValueError(
+                f"row {row}: the radius changes by {abs(other - one):.6g} m; {stop - start:.6g} m, its cloth, or less"
+            )
+        even = (radii[-1] - radii[0]) * (stop - start) / total
+        most = math.sqrt(max((stop - start) ** 2 - (height * (stop - start) / total) ** 2, 0.0))
+        bend = other - one - even
+        if bend:
+            part = min(part, max((math.copysign(most, bend) - even) / bend, 0.0))
+    places = []
+    for length, radius in zip(lengths, radii, strict=True):
+        line = radii[0] + (radii[-1] - radii[0]) * length / total
+        places.append((height * length / total, line + part * (radius - line)))
+    return through(places)

@@ -45,7 +45,7 @@ def coarseness(case: Case) -> str | None:
     if case.tolerance is not None or case.model.fidelity == "lumped":
         return None
     wall, diameter, grid, faults = case.shell.wall, case.shell.diameter, case.grid, []
-    belts = sorted(case.shell.generatrix.along(belt.height) for belt in case.belts)
+    belts = sorted(case.shell.along(belt.height) for belt in case.belts)
     gap = min(b - a for a, b in pairwise([0.0, *belts, wall]))
     needed = default_cells(wall, diameter, gap or wall, False)
     if grid.generatrix * FINE < needed * COARSE_GRID:

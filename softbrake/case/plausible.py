@@ -78,9 +78,9 @@ class Foreseen(NamedTuple):
 def figures(case: Case) -> dict[str, float]:
     """Figures of RANGES in SI units, for a shell of its unloaded shape."""
     shell, fabric, cargo, pressure = case.shell, case.fabric, case.cargo, case.filling.largest
-    cover, profile = math.pi * shell.upper_diameter**2 / 4, shell.generatrix
-    belts = sum(2.0 * math.pi * profile.at(profile.along(belt.height))[1] * belt.line_density for belt in case.belts)
-    mass = profile.area * shell.slack * fabric.areal_density + belts
+    cover = math.pi * shell.upper_diameter**2 / 4
+    belts = sum(2.0 * math.pi * shell.hoop(shell.along(belt.height)) * belt.line_density for belt in case.belts)
+    mass = shell.area * fabric.areal_density + belts
     critical = breathing_viscosity(1.0, shell.diameter, fabric.areal_density, fabric.E22, fabric.contraction)
     found = {
         "pressure times radius over E": pressure * shell.diameter / 2 / fabric.E22,

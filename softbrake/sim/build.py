@@ -142,21 +142,26 @@ def _membrane(case: Case, h1: float, h2: float) -> Membrane:
 
 
 def places(case: Case) -> tuple[Floats, Floats]:
-    """Height and radius (m) of each row of the unloaded profile, (n1+1,), evenly along it."""
-    generatrix, n1 = case.shell.generatrix, case.grid.generatrix
-    z, r = np.array([generatrix.at(along) for along in np.linspace(0.0, generatrix.length, n1 + 1).tolist()]).T
+    """Height and radius (m) at first of each row, (n1+1,), evenly along the cloth."""
+    z, r = np.array([case.shell.at(along) for along in _rows_along(case)]).T
     return z, r
 
 
+def _rows_along(case: Case) -> list[float]:
+    """How far (m of cloth) each row is from the lower cover."""
+    along: list[float] = np.linspace(0.0, case.shell.wall, case.grid.generatrix + 1).tolist()
+    return along
+
+
 def _shape(case: Case) -> Shape:
-    """Unloaded lengths (m): of edges from row to row of the profile, and the slack of each alike."""
+    """Unloaded lengths (m): of edges from row to row of the profile; of a pattern those of its cloth."""
     n1, hoop, shell = case.grid.generatrix, case.grid.hoop, case.shell
-    z, radius = places(case)
+    radius = np.array([shell.hoop(along) for along in _rows_along(case)])
     h1 = np.full(n1 + 1, shell.wall / n1)
-    if shell.profile not in ("cylinder", "cone"):
+    if shell.profile not in ("cylinder", "cone", "pattern"):
+        z, _ = places(case)
         h1[:-1] = np.hypot(np.diff(z), np.diff(radius))
         h1[-1] = h1[-2]
-    h1 *= shell.slack
     side = 2.0 * sin(pi / hoop)
     h2 = side * radius
     return Shape(h1, h2, radius, side=side, least_1=float(h1.min()), least_2=float(h2.min()), widest=float(radius.max()))
@@ -176,9 +181,9 @@ def _belts(case: Case, shape: Shape) -> tuple[Belts, Floats]:
     # By (2.3) N22 feels e11, but T11 nothing of the belt: no potential allows that, so other laws make it a plain filament.
     coupling = cloth.nu12 * cloth.E11 / contraction if true_tension else 0.0
     shell = case.shell
-    cell = shell.slack * shell.wall / n1
+    cell = shell.wall / n1
     for belt in case.belts:
-        width = _overlap(shell.slack * shell.generatrix.along(belt.height), belt.width, n1, cell)
+        width = _overlap(shell.along(belt.height), belt.width, n1, cell)
         part = width / belt.width
         line_mass += belt.line_density * part
         belts.width[:] += width
@@ -203,7 +208,7 @@ def _is_open(case: Case) -> bool:
 def _most_gas_work(case: Case, pressure: GasPressure) -> float:
     """More than gas can give (J), of a shell of twice its diameter."""
     # Neither cloth nor gas of twice the widest hoop and all the wall's length has more room.
-    gas, inflator, volume = case.gas, case.inflator, pi * case.shell.diameter**2 * case.shell.wall * case.shell.slack
+    gas, inflator, volume = case.gas, case.inflator, pi * case.shell.diameter**2 * case.shell.wall
     if gas is None:
         return pressure.most * volume
     inner = (case.ambient.pressure + pressure.most) * volume / (gas.gamma - 1.0)

@@ -479,7 +479,7 @@ def replace_summary(path: Path | str, summary: Summary) -> None:
 
 def belt_rows(shell: Shell, heights: list[float], generatrix: int) -> list[int]:
     """Row of nodes nearest to each belt's unloaded height [m]; `generatrix` is the number of cells."""
-    return [round(shell.generatrix.along(height) / shell.wall * generatrix) for height in heights]
+    return [round(shell.along(height) / shell.wall * generatrix) for height in heights]
 
 
 def _lay_out(file: h5py.File, case: Case) -> None:

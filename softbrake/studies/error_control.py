@@ -198,7 +198,7 @@ def _with_errors(summary: Summary, refined: Summary) -> Summary:
 def least_cells(case: Case) -> int:
     """Cells along the generatrix that keep the belts half a cell off the covers."""
     wall = case.shell.wall
-    places = [(case.shell.generatrix.along(belt.height), belt.width) for belt in case.belts]
+    places = [(case.shell.along(belt.height), belt.width) for belt in case.belts]
     nearest = min((min(along, wall - along) - width / 2 for along, width in places), default=math.inf)
     return math.ceil(0.5 * wall / nearest + 1e-9)
 

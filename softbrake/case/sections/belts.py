@@ -69,8 +69,8 @@ class _BeltsSection(Section):
         if draft.faults:
             return []
         number = values.pop("count")
-        profile = Shell(**shell).generatrix
-        return [{"height": profile.at(profile.length * k / (number + 1))[0], **values} for k in range(1, number + 1)]
+        wall = Shell(**shell)
+        return [{"height": wall.at(wall.wall * k / (number + 1))[0], **values} for k in range(1, number + 1)]
 
     def build(self, draft: Draft) -> tuple[Belt, ...]:
         """Belts of layers have those of the fabric."""
@@ -108,7 +108,7 @@ def narrowest_gap(draft: Draft, shell: Shell) -> float:
     quiet = Checker()
     if isinstance(node.value, list):
         items = (quiet.mapping(item, "", BELTS.each, complete=False) for item in node.value)
-        places = sorted(shell.generatrix.along(item["height"]) for item in items if "height" in item)
+        places = sorted(shell.along(item["height"]) for item in items if "height" in item)
     else:
         count = quiet.mapping(node, "", BELTS.keys, complete=False).get("count", 0)
         places = [wall * k / (count + 1) for k in range(1, count + 1)] if count < 1000 else []
@@ -130,16 +130,16 @@ def _check_place(draft: Draft, node: Node, path: str, belt: Values, shell: Value
     """The rows of nodes on the covers are rigid: a belt keeps half a cell off them."""
     if "upper_diameter" not in shell or "generatrix" not in grid:
         return
-    profile = Shell(**shell).generatrix
-    cell = profile.length / grid["generatrix"]
+    profile = Shell(**shell)
+    cell = profile.wall / grid["generatrix"]
     lowest = belt["width"] / 2 + cell / 2
-    highest = profile.length - lowest
+    highest = profile.wall - lowest
     place, where = last_given(node, path, ["height", "width"])
     if lowest > highest:
-        widest = profile.length - cell
+        widest = profile.wall - cell
         draft.fault(place, where, "the belt is wider than the room between the covers", f"a width < {widest:.6g} m is expected")
     elif belt["height"] > shell["height"] or (
-        abs(profile.along(belt["height"]) - profile.length / 2) > (highest - lowest) / 2 + 1e-9 * profile.length
+        abs(profile.along(belt["height"]) - profile.wall / 2) > (highest - lowest) / 2 + 1e-9 * profile.wall
     ):
         lowest, highest = profile.at(lowest)[0], profile.at(highest)[0]
         fault = "the belt comes closer than half a grid cell to a cover"

@@ -70,7 +70,7 @@ class _GridSection(Section):
         edge = shell.diameter * math.sin(math.pi / hoop)
         narrow = shell.generatrix.narrowest
         if narrow < edge:
-            row = next(row for row, (_, r) in enumerate(shell.generatrix.rows(200)) if r < edge) / 2.0
+            row = next(row for row in range(201) if shell.at(shell.wall * row / 200.0)[1] < edge) / 2.0
             place, where = draft.last_given("shell.lower_diameter", "shell.upper_diameter", "shell.diameters", "grid.hoop")
             fault = f"the wall comes to {narrow:.4g} m from the axis, {row:g} % of its length above the lower cover"
             draft.fault(place, where, fault, f"{edge:.4g} m, the hoop edge of the widest row, or more is expected")

@@ -2,19 +2,21 @@
 
 from __future__ import annotations
 
+import math
+from bisect import bisect_right
 from dataclasses import asdict, dataclass
 from functools import cached_property
+from itertools import pairwise
 from typing import Any, Literal, get_args
 
 from softbrake.case.checker import Values, last_given, listed
-from softbrake.case.generatrix import Generatrix, bulging, straight, through, zone
+from softbrake.case.generatrix import Generatrix, Place, bulging, hung, straight, through, zone
 from softbrake.case.keys import Key, mapping_schema
 from softbrake.case.section import Draft, Part, Section
 from softbrake.case.units import Dimension
 from softbrake.case.yaml_nodes import join
 
-Profile = Literal["cylinder", "cone", "barrel", "sphere", "table"]
-NEAR = 1e-9  # relative, of lengths that are the same
+Profile = Literal["cylinder", "cone", "barrel", "sphere", "table", "pattern"]
 
 
 @dataclass(frozen=True)
@@ -28,8 +30,8 @@ class Shell(Part):
     upper_diameter: float = 0.0
     bulge: float = 0.0  # m, radius of the generatrix of a barrel; 0 of others
     heights: tuple[float, ...] = ()  # m, from 0 on, increasing (table), else empty
-    diameters: tuple[float, ...] = ()  # m, of the wall there, as many
-    length: float | None = None  # m, unloaded, of the generatrix; None: that of the profile
+    lengths: tuple[float, ...] = ()  # m, of cloth from the lower cover, from 0 on, increasing (pattern), else empty
+    diameters: tuple[float, ...] = ()  # m, of the unloaded hoops there, as many
 
     def __post_init__(self) -> None:
         """Covers of a cylinder are as wide as it. Raises ValueError."""
@@ -44,23 +46,51 @@ class Shell(Part):
 
     @cached_property
     def generatrix(self) -> Generatrix:
-        """The profile, m."""
+        """Where the wall is at first, m: as long as its cloth, but of a pattern."""
         return generatrix_of(self.profile, asdict(self))
 
     @property
-    def slack(self) -> float:
-        """Unloaded length of the generatrix over that of the profile."""
-        return 1.0 if self.length is None else self.length / self.generatrix.length
+    def wall(self) -> float:
+        """Length of the cloth from cover to cover, m."""
+        return self.lengths[-1] if self.lengths else self.generatrix.length
 
     @property
-    def wall(self) -> float:
-        """Length of the profile from cover to cover, m."""
-        return self.generatrix.length
+    def area(self) -> float:
+        """Of the cloth, m^2."""
+        if not self.lengths:
+            return self.generatrix.area
+        pieces = zip(pairwise(self.lengths), pairwise(self.diameters), strict=True)
+        return sum(0.5 * math.pi * (one + other) * (stop - start) for (start, stop), (one, other) in pieces)
 
     @property
     def mean_diameter(self) -> float:
         """Of the cylinder of the same height and volume, m."""
         return self.diameter if self.profile == "cylinder" else self.generatrix.mean_diameter
+
+    def at(self, along: float) -> Place:
+        """Height and radius (m) at first of the cloth so far (m) from the lower cover."""
+        if not self.lengths:
+            return self.generatrix.at(along)
+        piece, share = self._piece(along)
+        return self.generatrix.pieces[piece].at(share * self.generatrix.pieces[piece].length)
+
+    def hoop(self, along: float) -> float:
+        """Unloaded radius (m) of the cloth so far (m) from the lower cover."""
+        if not self.lengths:
+            return self.generatrix.at(along)[1]
+        piece, share = self._piece(along)
+        one, other = self.diameters[piece : piece + 2]
+        return 0.5 * (one + share * (other - one))
+
+    def along(self, height: float) -> float:
+        """How far (m of cloth) from the lower cover the wall first has a height (m) at first."""
+        return self.wall * height / self.height if self.lengths else self.generatrix.along(height)
+
+    def _piece(self, along: float) -> tuple[int, float]:
+        """Number of the piece of a pattern, and how far along it, 0 to 1."""
+        piece = min(max(bisect_right(self.lengths, along) - 1, 0), len(self.lengths) - 2)
+        start, stop = self.lengths[piece : piece + 2]
+        return piece, (along - start) / (stop - start)
 
 
 _DIAMETER = Key("diameter", Dimension.LENGTH, "of the unloaded shell and of the covers", "0.5 m", required=True, above=0)
@@ -75,13 +105,14 @@ _HEIGHTS = Key(
 _DIAMETERS = Key(
     "diameters", Dimension.LENGTH, "of the wall there (table)", "[0.5 m, 0.7 m, 0.4 m]", required=True, above=0, many=True
 )
-_LENGTH = Key("length", Dimension.LENGTH, "of the cloth from cover to cover", "0.7 m", computed="the profile's", above=0)
+_LENGTHS = Key("lengths", Dimension.LENGTH, "of cloth (pattern)", "[0 m, 0.5 m, 1 m]", required=True, least=0, many=True)
 PROFILES: dict[str, tuple[Key, ...]] = {
-    "cylinder": (_DIAMETER, _HEIGHT, _LENGTH),
-    "cone": (_LOWER, _UPPER, _HEIGHT, _LENGTH),
-    "barrel": (_LOWER, _UPPER, _HEIGHT, _BULGE, _LENGTH),
-    "sphere": (_BALL, _LOWER, _UPPER, _LENGTH),
-    "table": (_HEIGHTS, _DIAMETERS, _LENGTH),
+    "cylinder": (_DIAMETER, _HEIGHT),
+    "cone": (_LOWER, _UPPER, _HEIGHT),
+    "barrel": (_LOWER, _UPPER, _HEIGHT, _BULGE),
+    "sphere": (_BALL, _LOWER, _UPPER),
+    "table": (_HEIGHTS, _DIAMETERS),
+    "pattern": (_HEIGHT, _LENGTHS, _DIAMETERS),
 }
 PROFILE = Key("profile", get_args(Profile), "of the unloaded wall", "cylinder", default="cylinder")
 
@@ -90,6 +121,8 @@ def generatrix_of(profile: str, values: Values) -> Generatrix:
     """Return the generatrix of a profile by the values of its keys. Raises ValueError: what is wrong; what is allowed."""
     if profile == "cylinder":
         return straight(values["height"], 0.5 * values["diameter"], 0.5 * values["diameter"])
+    if profile == "pattern":
+        return hung(values["height"], values["lengths"], values["diameters"])
     if profile == "table":
         return through([(z, 0.5 * diameter) for z, diameter in zip(values["heights"], values["diameters"], strict=True)])
     lower, upper = 0.5 * values["lower_diameter"], 0.5 * values["upper_diameter"]
@@ -107,7 +140,8 @@ def completed(values: Values) -> Values:
         return shell | {"lower_diameter": shell["diameter"], "upper_diameter": shell["diameter"]}
     generatrix = generatrix_of(shell["profile"], shell)
     ends = {"lower_diameter": 2.0 * generatrix.at(0.0)[1], "upper_diameter": 2.0 * generatrix.at(generatrix.length)[1]}
-    return {"height": generatrix.height, **ends, **shell, "diameter": 2.0 * generatrix.widest}
+    widest = max(shell["diameters"]) if shell["profile"] == "pattern" else 2.0 * generatrix.widest
+    return {"height": generatrix.height, **ends, **shell, "diameter": widest}
 
 
 def shell_of(written: Values) -> Shell:
@@ -135,25 +169,21 @@ class _ShellSection(Section):
             draft.fault(members[name].key, join(self.name, name), fault, f"{listed(keys)} are expected")
         told = len(draft.faults)
         shell = draft.mapping(node, self.name, keys, others=foreign)
-        if profile == "table":
-            draft.table(node, self.name, shell, _HEIGHTS, _DIAMETERS)
-            if shell.get("heights", (0.0,))[0] != 0.0:
-                place, where = last_given(node, self.name, ["heights"])
-                draft.fault(place, f"{where}.0", "the lower cover lies on the ground", "0 m is expected")
+        if profile in ("table", "pattern"):
+            rising = _HEIGHTS if profile == "table" else _LENGTHS
+            draft.table(node, self.name, shell, rising, _DIAMETERS)
+            if shell.get(rising.name, (0.0,))[0] != 0.0:
+                place, where = last_given(node, self.name, [rising.name])
+                draft.fault(place, f"{where}.0", "not at the lower cover", "0 m is expected")
         if len(draft.faults) > told:
             return {name: value for name, value in shell.items() if profile == "cylinder" and name != "profile"}
         try:
-            generatrix = generatrix_of(profile, shell)
+            return completed(shell)
         except ValueError as error:
             fault, _, allowed = str(error).partition("; ")
             place, where = last_given(node, self.name, [key.name for key in PROFILES[profile]])
             draft.fault(place, where, fault, f"{allowed} is expected")
             return {}
-        if shell.get("length", generatrix.length) < generatrix.length * (1.0 - NEAR):
-            place, where = last_given(node, self.name, ["length"])
-            fault = f"the cloth is shorter than the profile, {generatrix.length:.6g} m"
-            draft.fault(place, where, fault, f"a length of {generatrix.length:.6g} m or more is expected")
-        return completed(shell)
 
     def written(self, part: Shell) -> Values:
         """Keys of the profile alone."""
