@@ -103,7 +103,7 @@ def test_check_says_gas_in_the_units_of_the_file_and_what_follows() -> None:
     for line in (
         "  gas                 adiabatic, pressure 15.7 kPa, temperature 293.15 K\n",
         "                      gamma 1.4, gas_constant 287.053 J/kg/K\n",
-        "                      115700 Pa absolute, 0.162 kg in the unloaded cylinder\n",  # p V/(R T)
+        "                      115700 Pa absolute, 0.162 kg in the unloaded shell\n",  # p V/(R T)
         "                      speed of sound 343.2 m/s, choked below a ratio of 0.5283\n",
         "  ambient             pressure 1 bar, temperature 288.15 K\n",
         "  vents               area 10 cm^2, discharge 0.6\n",

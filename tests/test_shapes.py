@@ -143,7 +143,7 @@ def test_inflated_shapes_are_those_of_a_boundary_value_solver(shape: str) -> Non
 
 @pytest.mark.parametrize("fidelity", ["axisymmetric", "full"])
 def test_stiff_shapes_obey_the_balance_of_the_membrane(fidelity: str) -> None:
-    """Cone: T22 = p r/cos(alpha), and T11 2 pi r cos(alpha) = N + p pi (r² - R²). Ball: T11 + T22 = p R. To 0.1 %, at mid rows."""
+    """Cone: T22 = p r/cos(alpha), and T11 2 pi r cos(alpha) = N + p pi (r² - R²). Ball: T11 + T22 = p R. To 0.1 %."""
     case = case_of("cone", 96 if fidelity == "axisymmetric" else 48, fidelity, stiffness=60_000)
     found = inflate(case)
     slant = case.shell.wall / case.shell.height
@@ -193,7 +193,7 @@ def test_cargo_falls_freely_above_a_wall_without_gas(shape: str, fidelity: str) 
 @pytest.mark.parametrize("shape", SHAPES)
 @pytest.mark.parametrize("fidelity", ["axisymmetric", "full"])
 def test_books_of_drops_close(shape: str, fidelity: str) -> None:
-    """Energy to round-off, nothing from nowhere; momentum: what the ground gave is what cargo and wall lost; round shells agree."""
+    """Energy to round-off, nothing from nowhere; momentum: what the ground gave is what cargo and wall lost."""
     case = case_of(shape, 20, fidelity, law="tension_field", gravity="9.81 m/s^2")
     drop = Simulation(case)
     drop.interval = 1

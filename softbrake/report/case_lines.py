@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 from softbrake.case.case import Case
 from softbrake.case.case_file import CaseFile
 from softbrake.case.plausible import deceleration, figures, foreseen, in_bytes, shown, unloaded_mass, wave_speed
+from softbrake.case.sections.shell import PROFILES
 from softbrake.case.units import Dimension, unit_size
 from softbrake.sim.summary import contact_in_words, fabric_in_words
 
@@ -24,7 +25,7 @@ def case_lines(opened: CaseFile, designs: Designs) -> list[tuple[str, str]]:
     height_unit = opened.unit_of("belts.0.height") or opened.unit_of("shell.height") or "m"
     heights = ", ".join(f"{belt.height / unit_size(height_unit, Dimension.LENGTH):.4g}" for belt in case.belts)
     return [
-        ("shell", _values(opened, "shell.diameter", "shell.height")),
+        *_shell(opened),
         ("cargo", _values(opened, "cargo.mass", "cargo.velocity", "cargo.diameter", "cargo.height")),
         *_gas(opened),
         ("gravity", shown("gravity", case.gravity, opened.unit_of)),
@@ -63,7 +64,7 @@ def _gas(opened: CaseFile) -> list[tuple[str, str]]:
     lines = [
         ("gas", f"{gas.process}, {_values(opened, *(f'gas.{name}' for name in names[:2]))}"),
         ("", _values(opened, *(f"gas.{name}" for name in names[2:]))),
-        ("", f"{case.ambient.pressure + gas.pressure:.6g} Pa absolute, {mass:.4g} kg in the unloaded cylinder"),
+        ("", f"{case.ambient.pressure + gas.pressure:.6g} Pa absolute, {mass:.4g} kg in the unloaded shell"),
         ("", f"speed of sound {gas.speed_of_sound:.4g} m/s, choked below a ratio of {gas.choking_ratio:.4g}"),
         ("ambient", _values(opened, "ambient.pressure", "ambient.temperature")),
     ]
@@ -92,6 +93,20 @@ def _vent(opened: CaseFile, number: int) -> str:
             if value is not None:
                 said.append(f"{event} at {shown(f'{path}.{event}.{key}', value, opened.unit_of)}")
     return ", ".join([*said, *["lets ambient gas in"] * vent.inflow])
+
+
+def _shell(opened: CaseFile) -> list[tuple[str, str]]:
+    """Profile and size, in the units of the file."""
+    shell = opened.case.shell
+    keys = [f"shell.{key.name}" for key in PROFILES[shell.profile]]
+    if shell.profile == "cylinder":
+        return [("shell", _values(opened, *keys))]
+    lists = [path for path in keys if isinstance(getattr(shell, path.partition(".")[2]), tuple)]
+    numbers = [path for path in keys if path not in lists]
+    rows = f"{len(shell.diameters)} rows" if lists else ""
+    lines = [("shell", ", ".join(filter(None, (shell.profile, rows, _values(opened, *numbers) if numbers else ""))))]
+    size = f"{shell.height:.4g} m high, {shell.wall:.4g} m of cloth along the generatrix, at most {shell.diameter:.4g} m wide"
+    return [*lines, ("", size)]
 
 
 def _law(opened: CaseFile) -> str:

@@ -103,9 +103,9 @@ _HEIGHTS = Key(
     "heights", Dimension.LENGTH, "from 0 on, increasing (table)", "[0 m, 0.2 m, 0.6 m]", required=True, least=0, many=True
 )
 _DIAMETERS = Key(
-    "diameters", Dimension.LENGTH, "of the wall there (table)", "[0.5 m, 0.7 m, 0.4 m]", required=True, above=0, many=True
+    "diameters", Dimension.LENGTH, "of the unloaded hoops there", "[0.5 m, 0.7 m, 0.4 m]", required=True, above=0, many=True
 )
-_LENGTHS = Key("lengths", Dimension.LENGTH, "of cloth (pattern)", "[0 m, 0.5 m, 1 m]", required=True, least=0, many=True)
+_LENGTHS = Key("lengths", Dimension.LENGTH, "of cloth, from 0 (pattern)", "[0 m, 0.5 m, 1 m]", required=True, least=0, many=True)
 PROFILES: dict[str, tuple[Key, ...]] = {
     "cylinder": (_DIAMETER, _HEIGHT),
     "cone": (_LOWER, _UPPER, _HEIGHT),

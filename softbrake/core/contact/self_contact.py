@@ -348,7 +348,7 @@ def window_of(model, state):
 def watch_shell(model, nodes, self_contact, by_column, window):
     """Update whether self-contact is possible within a window (s), and return the longest step (s) by the nodes' speed.
 
-    As long as each cell, seen from the axis, lies the right way round, the shell is a graph over the cylinder between its held
+    As long as each cell, seen from the axis, lies the right way round, the shell is a graph over a cylinder between its held
     rows and cannot touch itself: sure where each generatrix edge climbs and each hoop edge goes round, and neither does as much
     of the other. Rates are taken to last for the window. In a step two nodes then near each other by a quarter cell at most.
     Reads model, nodes. Writes self_contact.counts; scratch in by_column.rate, ground_impulse. No step is too long where

@@ -57,7 +57,7 @@ def _layers(case: dict[str, Any], belt: dict[str, Any]) -> float | None:
 def _damping_ratio(case: dict[str, Any]) -> float | None:
     """Viscosity over that which damps the breathing hoop critically."""
     fabric = case["fabric"]
-    if not {"E22", "areal_density", "nu12", "nu21", "viscosity"} <= fabric.keys() or "diameter" not in case.get("shell", {}):
+    if not {"E22", "areal_density", "nu12", "nu21", "viscosity"} <= fabric.keys() or "shell" not in case:
         return None
     stiffness = fabric["areal_density"] * fabric["E22"] / (1 - fabric["nu12"] * fabric["nu21"])
     return float(fabric["viscosity"] / (shell_of(case["shell"]).diameter * math.sqrt(stiffness)))
