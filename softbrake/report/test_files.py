@@ -15,19 +15,20 @@ from softbrake.sim.filters import integral
 from softbrake.sim.result_file import Result, ResultError, read_result
 
 RATE = 10_000  # samples per second
-# Codes of ISO/TS 13499: test rig, its platform, airbag or ground; dimension; 3 is up, against the sign of SAE J211; unfiltered.
+# Codes of ISO/TS 13499: test rig; its platform, airbag or ground; dimension, 1 one of our own; 3 is up, against the sign of
+# SAE J211; unfiltered.
 CODES = {
     History.HEIGHT: "T0PLAF000000DS30",
     History.VELOCITY: "T0PLAF000000VE30",
     History.ACCELERATION: "T0PLAF000000AC30",
     History.PRESSURE: "T0AIRB000000PR00",
     History.COVER_FORCE: "T0PLAF000000FO30",
-    History.CONTACT_FORCE: "T1PLAF000000FO30",
+    History.CONTACT_FORCE: "T0AIRB000000FO30",
     History.GROUND_FORCE: "T0GRND000000FO30",
     History.GROUND_AREA: "T0GRND000000AR00",
-    History.TENSION_GENERATRIX: "T1AIRB0000000000",
-    History.TENSION_HOOP: "T2AIRB0000000000",
-    History.TENSION_BELT: "T3AIRB0000000000",
+    History.TENSION_GENERATRIX: "T0AIRB0000001G00",
+    History.TENSION_HOOP: "T0AIRB0000001H00",
+    History.TENSION_BELT: "T0AIRB0000001B00",
     History.TEMPERATURE: "T0AIRB000000TE00",
     History.GAS_MASS: "T0AIRB000000MA00",
     History.VOLUME: "T0AIRB000000VU00",
