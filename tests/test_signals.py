@@ -1,6 +1,7 @@
 """Files of measured channels: what is written is read back, and what cannot be right is refused by its place."""
 
 import sys
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -641,7 +642,7 @@ def test_a_missing_library_is_named(tmp_path: Path, monkeypatch: pytest.MonkeyPa
 
 @pytest.mark.parametrize(("form", "file"), [("iso-mme", "drop-iso-mme"), ("uff", "drop.uff")])
 def test_an_exported_drop_is_read_back_exactly(tmp_path: Path, form: str, file: str) -> None:
-    drop.write(tmp_path / "drop.vtkhdf", drop.case(4, 8))
+    drop.write(tmp_path / "drop.vtkhdf", replace(drop.case(4, 8), title="Two lines:\nHöhe 5 m"))
     done = CliRunner().invoke(app, ["export", str(tmp_path / "drop.vtkhdf"), "--format", form])
     assert (done.exit_code, done.output) == (0, f"{tmp_path / file} written\n")
     assert sorted(each.name for each in tmp_path.iterdir()) == sorted(["drop.vtkhdf", file])

@@ -41,7 +41,7 @@ def write_iso_mme(result: Path | str, folder: Path | str) -> None:
     """Write the drop of a result file as a test of ISO-MME into a new folder. Raises ResultError and OSError."""
     found, folder = read_result(result), Path(folder)
     test = folder.name.removesuffix("-iso-mme")
-    texts = iso_mme.files(test, found.case["title"], channels_of(found), 1.0 / RATE)
+    texts = iso_mme.files(test, _title(found), channels_of(found), 1.0 / RATE)
     draft = folder.with_name(f".{folder.name}.{os.getpid()}")
     try:
         (draft / "Channel").mkdir(parents=True)
@@ -58,7 +58,12 @@ def write_uff(result: Path | str, file: Path | str) -> None:
     found = read_result(result)
     channels = channels_of(found)
     with draft_of(file) as draft:
-        uff.write(draft, found.case["title"], channels)
+        uff.write(draft, _title(found), channels)
+
+
+def _title(result: Result) -> str:
+    """Title of the case on one line, as both formats have it."""
+    return " ".join(str(result.case["title"]).split())
 
 
 def channels_of(result: Result) -> list[Channel]:
