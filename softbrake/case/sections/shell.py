@@ -199,9 +199,11 @@ class _ShellSection(Section):
         return {"oneOf": [_profile_schema(profile) for profile in PROFILES]}
 
     def starter(self) -> list[str]:
-        """A cylinder, and that there are others."""
-        keys = (*PROFILES["cylinder"], PROFILE)
-        return [f"{self.name}:", *(key.starter("  ", key.required) for key in keys)]
+        """A cylinder; keys of other profiles as comments."""
+        keys = {key.name: key for key in (*reversed(self.keys), *PROFILES["cylinder"])}
+        own = [key.name for key in PROFILES["cylinder"]]
+        shown = [keys[name] for name in (*own, *(key.name for key in self.keys if key.name not in own))]
+        return [f"{self.name}:", *(key.starter("  ", key.name in own) for key in dict.fromkeys(shown))]
 
 
 def _profile_schema(profile: str) -> dict[str, Any]:
