@@ -27,8 +27,9 @@ from softbrake.studies.design_space import Variable
 CORNER = 5 / 3  # Hz per class, where its gain is 0.707
 STARTS = 16  # places looked at for each input
 REFINED = 3  # of them, the best
-STEPS = (3e-4, 1e-3, 3e-3, 1e-2, 3e-2)  # of the range, tried for slopes
-FIRST_STEP = 3  # of them
+STEPS = (0.1, 0.2, 0.3, 0.5, 0.7, 1.0)  # to both sides, of REACH, over which slopes are taken
+REACH = 0.1  # of the range
+BENT = 4.0  # times what scatter makes of it, from which on the cube of a step counts
 LATE = 0.1  # of the shorter one of test and drop, by which a test may begin after first contact
 AT_END = 1e-3  # of the range, within which a value counts as its end
 SAME = 0.02  # of the range, by which fits from two starts may differ
@@ -37,7 +38,6 @@ SETTLED = 0.05  # of a channel's noise, that it may still change by
 COARSER = 2 / 3  # cells of the grid beside which the model is seen
 CONFIDENCE = 0.95
 PART_OF_DIRECTION = 0.2  # of the largest, that an input has in a combination that names it
-MISTAKEN = 0.1  # of itself, that a slope is unsure by where that is said
 NEEDED = "calibrate needs scipy: pip install 'softbrake[chance]'"
 
 Place = tuple[float, ...]  # parts of the ranges, 0 to 1
@@ -94,7 +94,7 @@ class Calibration:
     channels: tuple[FittedChannel, ...]
     shifts: tuple[float, ...]  # s, added to the times of each test
     undetermined: tuple[str, ...]  # what the tests do not tell, in words
-    slope_error: float  # the largest of the slopes, relative
+    slope_errors: tuple[float, ...]  # of the slope of the drop over each input, relative
     starts: int  # places looked at
     refined: int  # of them
     agreeing: int  # of these, that ended at the values
@@ -183,8 +183,9 @@ class _Fit:
         self.period = 1.0 / (CORNER * cfc)
         self.spacing = 0.5 * self.period
         self.measured = [[measured_curve(channel, cfc) for channel in test.channels] for test in tests]
-        self.steps = np.full(len(variables), STEPS[FIRST_STEP])
+        self.steps = np.full(len(variables), STEPS[-1])
         self.known: dict[Place, list[list[Curve]] | None] = {}
+        self.known_coarser: dict[Place, list[list[Curve]] | None] = {}
         self.faults: dict[str, int] = {}
         self.drops = 0
 
@@ -192,9 +193,11 @@ class _Fit:
         """Look at places, refine the best, and say what the tests tell at the best end."""
         ranked, noise, sooner = self.look(places)
         windows = self.windows(ranked[0].shifts, sooner)
+        self.good_slopes(ranked[0], windows, noise)
         ends = [self.refine(start, windows, noise) for start in ranked[:REFINED]]
         best = min(ends, key=lambda end: end.cost)
         for _ in range(ROUNDS):
+            self.good_slopes(best, windows, noise)
             new, before = self.windows(best.shifts, self.ends_around(best)), noise
             moved = any(abs(a.stop - b.stop) > 0.5 * self.spacing for a, b in zip(new, windows, strict=True))
             windows = new if moved else windows
@@ -213,9 +216,9 @@ class _Fit:
     def curves(self, places: Sequence[Place], coarser: float = 1.0) -> list[list[list[Curve]] | None]:
         """Curves of all channels of all tests at places, computed at once; None where a drop has no answer.
 
-        coarser: part of the cells of the grid; other grids are not remembered.
+        coarser: part of the cells of the grid.
         """
-        known = self.known if coarser == 1.0 else {}
+        known = self.known if coarser == 1.0 else self.known_coarser
         new = [place for place in dict.fromkeys(places) if place not in known]
         cases: dict[Place, list[Case]] = {}
         for place in new:
@@ -379,8 +382,7 @@ class _Fit:
         for k, (low, high) in enumerate(pairs):
             low, high = (place if self.known[one] is None else one for one in (low, high))
             if low == high:
-                path = self.variables[k].path
-                raise NotCalibrated(f"no drop around {self.in_words(place)} tells the slope over {path}: {self.told_faults()}")
+                raise self.no_slope(place, k)
             change = self.differences(high, shifts, windows, noise) - self.differences(low, shifts, windows, noise)
             columns.append(change / (high[k] - low[k]))
         if self.shift is None:
@@ -395,6 +397,11 @@ class _Fit:
                         parts.append(-slope * self.spacing if test == moved else np.zeros(len(slope)))
                 columns.append(np.concatenate([part / one for part, one in zip(parts, noise, strict=True)]))
         return np.column_stack(columns)
+
+    def no_slope(self, place: Place, variable: int) -> NotCalibrated:
+        """Of a place around which drops have no answer."""
+        path = self.variables[variable].path
+        return NotCalibrated(f"too few drops around {self.in_words(place)} tell the slope over {path}: {self.told_faults()}")
 
     def told_faults(self) -> str:
         """Why drops had no answer, in words."""
@@ -414,22 +421,35 @@ class _Fit:
 
     # What the tests tell
 
-    def best_slopes(self, end: _End, windows: Sequence[_Window], noise: Floats) -> tuple[Floats, Floats, Floats]:
-        """Steps at which slopes depend least on the step, the slopes, and how much they still do, relative.
+    def good_slopes(self, end: _End, windows: Sequence[_Window], noise: Floats) -> tuple[Floats, Floats]:
+        """Slopes over each input by many steps, and norms of their errors; from now on single steps are those that err least.
 
-        The difference of the slopes at neighbouring steps holds the noise of the narrower and the curvature of the wider one.
+        A line through half the differences at +h and -h, with a cube where it shows. On a grid such differences hold what the
+        crumpling fabric makes of a step: slopes over narrow steps are exact, and tell nothing of wider ones. What is off the lines
+        is that scatter, pooled over the inputs.
         """
-        n = len(self.variables)
-        self.curves([one for k in range(n) for step in STEPS for one in self.around(end.place, k, step)])
-        found = [self.slopes(end.place, end.shifts, windows, noise, np.full(n, step)) for step in STEPS]
-        steps, errors, slopes = np.empty(n), np.empty(n), found[0].copy()
-        for k in range(n):
-            sizes = [float(np.linalg.norm(each[:, k])) for each in found]
-            pairs = zip(found, found[1:], sizes[1:], strict=False)
-            apart = [float(np.linalg.norm(a[:, k] - b[:, k])) / size if size else 0.0 for a, b, size in pairs]
-            at = int(np.argmin(apart))
-            steps[k], errors[k], slopes[:, k] = STEPS[at], apart[at], found[at][:, k]
-        return steps, slopes, errors
+        reaches = [min(max(min(share, 1.0 - share), AT_END), REACH) for share in end.place]
+        pairs = [[self.around(end.place, k, reach * step) for step in STEPS] for k, reach in enumerate(reaches)]
+        self.curves([one for each in pairs for pair in each for one in pair])
+        fits = []
+        for k, each in enumerate(pairs):
+            there = [pair for pair in each if all(self.known[one] is not None for one in pair)]
+            if len(there) < 4:
+                raise self.no_slope(end.place, k)
+            ends = [[self.differences(one, end.shifts, windows, noise) for one in pair] for pair in there]
+            halves = np.array([0.5 * (high - low) for low, high in ends])
+            fits.append((np.array([0.5 * (high[k] - low[k]) for low, high in there]), halves))
+        bent, straight = ([_odd(steps, halves, powers) for steps, halves in fits] for powers in ((1, 3), (1,)))
+        off = sum(each.off for each in bent) / sum(len(steps) - 2 for steps, _ in fits)  # of a step, over all samples
+        slopes, errors = [], []
+        for k, (one, other) in enumerate(zip(straight, bent, strict=True)):
+            best = other if one.off - other.off > BENT * off else one
+            slopes.append(best.lines[0])
+            errors.append(math.sqrt(off * best.inverse))
+            tried = reaches[k] * np.array(STEPS)
+            mistaken = math.sqrt(off) / tried + float(np.linalg.norm(other.lines[1])) * tried**2
+            self.steps[k] = tried[int(np.argmin(mistaken))]
+        return np.column_stack(slopes), np.array(errors)
 
     def scatter(self, end: _End, windows: Sequence[_Window]) -> tuple[list[Floats], list[Floats] | None]:
         """What the model changes by with round-off, and on a coarser grid; None without a grid. Of each channel, SI."""
@@ -452,12 +472,9 @@ class _Fit:
 
     def told(self, end: _End, windows: list[_Window], noise: Floats, ends: Sequence[_End], starts: int) -> Calibration:
         """What the tests tell at an end."""
-        steps, slopes, errors = self.best_slopes(end, windows, noise)
-        taken = self.slopes(end.place, end.shifts, windows, noise, self.steps)
-        if np.linalg.norm(taken - slopes, axis=0).max() > MISTAKEN * np.linalg.norm(slopes, axis=0).min():
-            self.steps = steps
-            end = self.refine(end, windows, noise)
-            _, slopes, errors = self.best_slopes(end, windows, noise)
+        n = len(self.variables)
+        slopes = self.slopes(end.place, end.shifts, windows, noise, self.steps)
+        slopes[:, :n], errors = self.good_slopes(end, windows, noise)
         for test, window in enumerate(windows):
             if (last := self.end_of(end.place, test)) < window.time[-1] + end.shifts[test]:
                 ends_at = f"the drop fitted to {self.tests[test].name} ends at {last:.4g} s"
@@ -469,7 +486,6 @@ class _Fit:
             floors = [math.hypot(floor, _rms(one)) for floor, one in zip(floors, coarser, strict=True)]
         channels = self.fitted_channels(end, windows, left, floors)
         _refuse_scatter(channels, coarser is not None)
-        n = len(self.variables)
         at_end = np.array([share in (0.0, 1.0) for share in end.place])
         known = _known(slopes, errors, at_end, [one / size for one, size in zip(left, noise, strict=True)])
         half = known.half_widths[:n]
@@ -499,7 +515,7 @@ class _Fit:
             channels=tuple(replace(each, correlation=one) for each, one in zip(channels, known.correlations, strict=True)),
             shifts=tuple(map(float, end.shifts)),
             undetermined=tuple(undetermined),
-            slope_error=float(errors.max()),
+            slope_errors=tuple(map(float, errors / np.maximum(np.linalg.norm(slopes[:, :n], axis=0), 1e-300))),
             starts=starts,
             refined=len(ends),
             agreeing=len(ends) - len(apart),
@@ -544,6 +560,21 @@ def _rms(values: Floats) -> float:
     return float(np.sqrt(np.mean(values**2)))
 
 
+class _Odd(NamedTuple):
+    """Odd powers through half differences."""
+
+    lines: Floats  # (powers, samples)
+    off: float  # sum of squares beside them
+    inverse: float  # variance of the slope over that of a half difference
+
+
+def _odd(steps: Floats, halves: Floats, powers: Sequence[int]) -> _Odd:
+    """Fit powers of steps to half differences, (steps, samples)."""
+    basis = steps[:, None] ** np.array(powers)
+    lines = np.linalg.lstsq(basis, halves, rcond=None)[0]
+    return _Odd(lines, float(np.sum((halves - basis @ lines) ** 2)), float(np.linalg.inv(basis.T @ basis)[0, 0]))
+
+
 def _refuse_scatter(channels: Sequence[FittedChannel], gridded: bool) -> None:
     """Raise NotCalibrated where the model changes by more than what is left between it and the tests."""
     ratios = [each.scatter / each.misfit if each.misfit else math.inf for each in channels]
@@ -583,9 +614,9 @@ def _parts(direction: Floats) -> dict[int, float]:
 
 
 def _known(slopes: Floats, errors: Floats, fixed: NDArray[np.bool_], left: Sequence[Floats]) -> _Known:
-    """Return what is known. slopes: (samples, inputs and shifts); errors: of inputs, relative; left: of each channel, weighted.
+    """Return what is known. slopes: (samples, inputs and shifts); errors: norms, of inputs; left: of channels, weighted.
 
-    Directions whose singular value is within the errors of slopes are left out. What is left of a channel is taken as a sequence
+    Directions that change no more than the errors of slopes would are left out. What is left of a channel is taken as a sequence
     of first order, its correlation and size by restricted likelihood, which counts what the fit has taken away. Squares are not
     weighted by it: a filter has all but nothing left where such weights would look.
     """
@@ -596,7 +627,9 @@ def _known(slopes: Floats, errors: Floats, fixed: NDArray[np.bool_], left: Seque
     sizes = np.linalg.norm(slopes, axis=0)
     scaled = np.where(free & (sizes > 0.0), slopes / np.where(sizes > 0.0, sizes, 1.0), 0.0)
     u, s, vt = np.linalg.svd(scaled, full_matrices=False)
-    seen = s > max(float(np.linalg.norm(errors[~fixed])), 1e-8)
+    relative = np.zeros(len(free))
+    relative[:n] = np.where(sizes[:n] > 0.0, errors / np.where(sizes[:n] > 0.0, sizes[:n], 1.0), 1.0)
+    seen = s > np.sqrt((vt**2) @ relative**2) + 1e-8
     inverse = (vt[seen].T / s[seen]) @ u[:, seen].T / np.where(sizes > 0.0, sizes, 1.0)[:, None]
     inverse[~free] = 0.0
     unseen = []
