@@ -52,8 +52,8 @@ _FACTOR = re.compile(r"([A-Za-z]+|%)(?:\^(-?[1-9]))?")
 
 
 @lru_cache(maxsize=256)
-def _measure(unit: str) -> tuple[float, Powers]:
-    """SI size and dimension of a product of units; ValueError for an unknown one."""
+def measure(unit: str) -> tuple[float, Powers]:
+    """SI size and dimension of a product of units, alike 1 of none; ValueError for an unknown one."""
     if not unit:
         return 1.0, NO_POWERS
     parts = _SEPARATOR.split(unit.replace("²", "^2").replace("³", "^3"))
@@ -101,7 +101,7 @@ class Dimension(Enum):
     def __init__(self, phrase: str, unit: str) -> None:
         self.phrase = phrase
         self.unit = unit
-        self.powers = _measure(unit)[1]
+        self.powers = measure(unit)[1]
 
 
 def unit_size(unit: str, expected: Dimension) -> float:
@@ -110,7 +110,7 @@ def unit_size(unit: str, expected: Dimension) -> float:
         return 1.0
     if expected is Dimension.ACCELERATION and unit in GRAVITIES:
         return STANDARD_GRAVITY
-    size, powers = _measure(unit)
+    size, powers = measure(unit)
     if unit and powers != expected.powers:
         found = " or ".join(dimension.phrase for dimension in Dimension if dimension.powers == powers)
         raise ValueError(f"'{unit}' is {found or f'not {expected.phrase}'}")

@@ -17,7 +17,7 @@ def heading_lines(found: Comparison, gravity: str | None = None) -> list[str]:
     filtered = "unfiltered" if found.cfc is None else f"both behind CFC {found.cfc}"
     weight = f"; gravity is {gravity} the deceleration" if gravity is not None else ""
     return [
-        f"Times of the test are shifted by {1e3 * found.shift:.5g} ms, {how}.",
+        f"Times of the test are shifted by {round(1e3 * found.shift, 3) + 0.0:g} ms, {how}.",
         f"Compared from {start:.5g} to {stop:.5g} ms of the drop at 10 kHz, {filtered}{weight}.",
     ]
 

@@ -16,7 +16,7 @@ def print_comparison(found: Comparison, gravity: str | None, console: Console | 
     """Print shift, interval, marks of each quantity and the ratings. gravity: `in` or `out` of decelerations."""
     console = console or plain()
     for line in heading_lines(found, gravity):
-        console.print(line, soft_wrap=True)
+        console.print(line)
     for each in found.quantities:
         console.print(f"\n{each.quantity}: '{each.channel}'", style="bold", soft_wrap=True)
         print_columns(console, MARKS, comparison_rows(each))
