@@ -27,8 +27,9 @@ from softbrake.studies.design_space import Variable
 CORNER = 5 / 3  # Hz per class, where its gain is 0.707
 STARTS = 16  # places looked at for each input
 REFINED = 3  # of them, the best
-STEPS = (0.1, 0.2, 0.3, 0.5, 0.7, 1.0)  # to both sides, of REACH, over which slopes are taken
-REACH = 0.1  # of the range
+STEPS = (0.1, 0.2, 0.3, 0.5, 0.7, 1.0)  # to both sides, of a reach, over which slopes are taken
+REACHES = (0.1, 0.2, 0.4)  # of the range; the first whose slope is sure
+SURE = 0.05  # of itself
 BENT = 4.0  # times what scatter makes of it, from which on the cube of a step counts
 LATE = 0.1  # of the shorter one of test and drop, by which a test may begin after first contact
 AT_END = 1e-3  # of the range, within which a value counts as its end
@@ -37,6 +38,7 @@ ROUNDS = 8  # of fits, each with the noise and the end of the drop that the last
 SETTLED = 0.05  # of a channel's noise, that it may still change by
 COARSER = 2 / 3  # cells of the grid beside which the model is seen
 CONFIDENCE = 0.95
+CERTAIN = 3.0  # times its error, that a change must be to be known
 PART_OF_DIRECTION = 0.2  # of the largest, that an input has in a combination that names it
 NEEDED = "calibrate needs scipy: pip install 'softbrake[chance]'"
 
@@ -235,9 +237,11 @@ class _Fit:
         for place in new:
             known[place] = None
             if place in cases and all(answers[case].fault is None for case in cases[place]):
-                known[place] = [
-                    self.filtered(test, case, answers[case].history) for test, case in zip(self.tests, cases[place], strict=True)
-                ]
+                pairs = zip(self.tests, cases[place], strict=True)
+                try:
+                    known[place] = [self.filtered(test, case, answers[case].history) for test, case in pairs]
+                except ValueError as error:  # too short a drop for the class, or rows too far apart
+                    self.lost(str(error))
         return [known[place] for place in places]
 
     def lost(self, fault: str) -> None:
@@ -259,7 +263,7 @@ class _Fit:
     # What is compared
 
     def look(self, places: Sequence[Place]) -> tuple[list[_End], Floats, list[float]]:
-        """Places that have an answer, the nearest to the tests first, the spread of each channel, and when early drops end."""
+        """Places that have an answer, nearest to the tests first, the spread of each channel, and when the middle drop ends."""
         found = []
         for place, curves in zip(places, self.curves(places), strict=True):
             if curves is None:
@@ -271,15 +275,21 @@ class _Fit:
         if not found:
             why = "; ".join(f"{fault} ({count} times)" for fault, count in self.faults.items()) or "none lies in the ranges"
             raise NotCalibrated(f"none of the {len(places)} starts has an answer: {why}")
-        sooner = [float(np.quantile([self.end_of(place, test) for place, _ in found], 0.1)) for test in range(len(self.tests))]
-        windows = [self.windows(shifts, sooner) for _, shifts in found]
-        noise = np.array([float(np.std(each)) or 1.0 for window in windows[0] for each in window.measured])
-        ranked = [
-            _End(place, shifts, float(np.mean(self.differences(place, shifts, within, noise) ** 2)))
-            for (place, shifts), within in zip(found, windows, strict=True)
-        ]
+        sooner = [float(np.quantile([self.end_of(place, test) for place, _ in found], 0.5)) for test in range(len(self.tests))]
+        ranked, noise, none = [], np.empty(0), ValueError()
+        for place, shifts in found:
+            try:
+                windows = self.windows(shifts, sooner)
+            except ValueError as error:  # a drop unlike the test, whose shift leaves nothing of it
+                none = error
+                continue
+            if not len(noise):
+                noise = np.array([float(np.std(each)) or 1.0 for window in windows for each in window.measured])
+            ranked.append(_End(place, shifts, float(np.mean(self.differences(place, shifts, windows, noise) ** 2))))
+        if not ranked:
+            raise none
         ranked.sort(key=lambda end: end.cost)
-        self.say(f"{len(found)} of {len(places)} starts have an answer")
+        self.say(f"{len(ranked)} of {len(places)} starts have an answer to compare")
         return ranked, noise, sooner
 
     def first_shift(self, measured: Sequence[Curve], computed: Sequence[Curve]) -> float:
@@ -424,11 +434,25 @@ class _Fit:
     def good_slopes(self, end: _End, windows: Sequence[_Window], noise: Floats) -> tuple[Floats, Floats]:
         """Slopes over each input by many steps, and norms of their errors; from now on single steps are those that err least.
 
-        A line through half the differences at +h and -h, with a cube where it shows. On a grid such differences hold what the
-        crumpling fabric makes of a step: slopes over narrow steps are exact, and tell nothing of wider ones. What is off the lines
-        is that scatter, pooled over the inputs.
+        A line through half the differences at +h and -h, with a cube where it shows. On a grid such differences hold what
+        crumpling fabric makes of a step: slopes over narrow steps are exact, and tell nothing of wider ones. What is off the
+        lines is that scatter, pooled over the inputs.
         """
-        reaches = [min(max(min(share, 1.0 - share), AT_END), REACH) for share in end.place]
+        n, room = len(self.variables), [max(min(share, 1.0 - share), AT_END) for share in end.place]
+        slopes, errors = np.empty((0, 0)), np.empty(0)
+        reaches = [REACHES[0]] * n
+        for wider in (*REACHES[1:], None):
+            slopes, errors = self.slopes_over(end, windows, noise, [min(*each) for each in zip(reaches, room, strict=True)])
+            unsure = errors > SURE * np.linalg.norm(slopes, axis=0)
+            if wider is None or not unsure.any():
+                break
+            reaches = [wider if one else reach for one, reach in zip(unsure, reaches, strict=True)]
+        return slopes, errors
+
+    def slopes_over(
+        self, end: _End, windows: Sequence[_Window], noise: Floats, reaches: Sequence[float]
+    ) -> tuple[Floats, Floats]:
+        """As `good_slopes`, over a reach of each input."""
         pairs = [[self.around(end.place, k, reach * step) for step in STEPS] for k, reach in enumerate(reaches)]
         self.curves([one for each in pairs for pair in each for one in pair])
         fits = []
@@ -497,9 +521,9 @@ class _Fit:
         for k, (each, share) in enumerate(zip(self.variables, end.place, strict=True)):
             side = "upper" if share else "lower"
             why = f"at the {side} end of its range" if at_end[k] else "not determined" if k in hidden else ""
-            interval = None if why else (each.at(share - half[k]), each.at(share + half[k]))
-            grid = None if why or coarser is None else abs(each.at(share + bias[k]) - each.at(share))
-            inputs.append(FittedInput(each, each.at(share), interval, why, grid))
+            interval = None if why else (float(each.at(share - half[k])), float(each.at(share + half[k])))
+            grid = None if why or coarser is None else float(abs(each.at(share + bias[k]) - each.at(share)))
+            inputs.append(FittedInput(each, float(each.at(share)), interval, why, grid))
         silent = [k for k, one in enumerate(inputs) if one.interval is None]
         deviations = np.sqrt(np.diag(known.covariance)[:n])
         deviations[silent] = np.nan
@@ -629,7 +653,7 @@ def _known(slopes: Floats, errors: Floats, fixed: NDArray[np.bool_], left: Seque
     u, s, vt = np.linalg.svd(scaled, full_matrices=False)
     relative = np.zeros(len(free))
     relative[:n] = np.where(sizes[:n] > 0.0, errors / np.where(sizes[:n] > 0.0, sizes[:n], 1.0), 1.0)
-    seen = s > np.sqrt((vt**2) @ relative**2) + 1e-8
+    seen = s > CERTAIN * np.sqrt((vt**2) @ relative**2) + 1e-8
     inverse = (vt[seen].T / s[seen]) @ u[:, seen].T / np.where(sizes > 0.0, sizes, 1.0)[:, None]
     inverse[~free] = 0.0
     unseen = []
