@@ -26,7 +26,7 @@ from softbrake.studies.design_space import Variable
 
 CORNER = 5 / 3  # Hz per class, where its gain is 0.707
 STARTS = 16  # places looked at for each input
-REFINED = 3  # of them, the best
+REFINED = 3, 8  # of them, the best: at least, and at most until two end at the same values
 STEPS = (0.1, 0.2, 0.3, 0.5, 0.7, 1.0)  # to both sides, of a reach, over which slopes are taken
 REACHES = (0.1, 0.2, 0.4)  # of the range; the first whose slope is sure
 SURE = 0.05  # of itself
@@ -100,7 +100,7 @@ class Calibration:
     starts: int  # places looked at
     refined: int  # of them
     agreeing: int  # of these, that ended at the values
-    rivals: tuple[tuple[float, ...], ...]  # values (SI) of other ends that differ from the tests as little as noise allows
+    rivals: tuple[tuple[float, ...], ...]  # values (SI) of other ends as near to the tests as noise and scatter tell
     drops: int  # computed
     faults: dict[str, int]  # of those without an answer, and how often
 
@@ -126,6 +126,10 @@ class _End(NamedTuple):
     shifts: Floats  # s, of each test
     cost: float  # sum of squared weighted differences
 
+    def near(self, other: _End) -> bool:
+        """Whether another end is the same, as far as fits are."""
+        return bool(np.allclose(self.place, other.place, rtol=0.0, atol=SAME))
+
 
 def calibrate(
     tests: Sequence[DropTest],
@@ -143,7 +147,8 @@ def calibrate(
 
     case_values: SI, of the variables in the case; None where it has none. shift: s, of all tests; that of each is fitted where it
     is None. interval: s, of the drop; by default what test and drop share, but a period of the class's corner at both ends.
-    starts: places looked at beside the case's values, by default 16 for each variable; the best three of all are refined.
+    starts: places looked at beside the case's values, by default 16 for each variable. The best of all are refined: three, or up
+    to eight until two end at the same values.
     report: told what is found on the way. Raises NotCalibrated; ValueError for channels and intervals that do not fit;
     ImportError without scipy.
     """
@@ -196,8 +201,13 @@ class _Fit:
         ranked, noise, sooner = self.look(places)
         windows = self.windows(ranked[0].shifts, sooner)
         self.good_slopes(ranked[0], windows, noise)
-        ends = [self.refine(start, windows, noise) for start in ranked[:REFINED]]
-        best = min(ends, key=lambda end: end.cost)
+        ends: list[_End] = []
+        for start in ranked[: REFINED[1]]:
+            ends.append(self.refine(start, windows, noise))
+            best = min(ends, key=lambda end: end.cost)
+            if len(ends) >= REFINED[0] and sum(map(best.near, ends)) > 1:
+                break
+        first_noise = noise
         for _ in range(ROUNDS):
             self.good_slopes(best, windows, noise)
             new, before = self.windows(best.shifts, self.ends_around(best)), noise
@@ -207,7 +217,7 @@ class _Fit:
             if not moved and (len(noise) == 1 or np.all(np.abs(noise / before - 1.0) < SETTLED)):
                 break
             best = self.refine(best, windows, noise)
-        return self.told(best, windows, noise, ends, len(places))
+        return self.told(best, windows, noise, ends, first_noise, len(places))
 
     # Drops
 
@@ -494,8 +504,10 @@ class _Fit:
                 changes.append(np.where(both, np.interp(at, *one) - np.interp(at, *other), 0.0))
         return rounded, changes
 
-    def told(self, end: _End, windows: list[_Window], noise: Floats, ends: Sequence[_End], starts: int) -> Calibration:
-        """What the tests tell at an end."""
+    def told(
+        self, end: _End, windows: list[_Window], noise: Floats, ends: Sequence[_End], first_noise: Floats, starts: int
+    ) -> Calibration:
+        """What the tests tell at an end. ends: of all starts refined, by the noise of then."""
         n = len(self.variables)
         slopes = self.slopes(end.place, end.shifts, windows, noise, self.steps)
         slopes[:, :n], errors = self.good_slopes(end, windows, noise)
@@ -529,8 +541,9 @@ class _Fit:
         deviations[silent] = np.nan
         undetermined = [self.named(direction, end.place) for direction in known.unseen or known.wide(n)]
         first = min(ends, key=lambda one: one.cost)
-        apart = [one for one in ends if not np.allclose(one.place, first.place, rtol=0.0, atol=SAME)]
-        rivals = [one for one in apart if one.cost < first.cost * known.allowed]
+        apart = [one for one in ends if not first.near(one)]
+        scattered = sum(len(one) * (floor / size) ** 2 for one, floor, size in zip(left, floors, first_noise, strict=True))
+        rivals = [one for one in apart if one.cost < first.cost * known.allowed + scattered]
         with np.errstate(invalid="ignore"):
             correlations = known.covariance[:n, :n] / np.outer(deviations, deviations)
         return Calibration(

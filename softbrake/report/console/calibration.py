@@ -53,7 +53,7 @@ def print_calibration(found: Calibration, console: Console | None = None) -> Non
     for values in found.rivals:
         pairs = zip(found.inputs, values, strict=True)
         there = ", ".join(f"{one.variable.path} {one.variable.in_unit(value, '.4g')}" for one, value in pairs)
-        console.print(f"As near to the tests as noise allows: {there}.", soft_wrap=True)
+        console.print(f"As near to the tests as noise and the model's scatter tell: {there}.", soft_wrap=True)
 
 
 def _channel(each: FittedChannel) -> list[str]:
