@@ -232,7 +232,10 @@ def test_channels_are_chosen_by_quantity_or_name() -> None:
     p, strain = Channel("P1", time, time, "kPa", "10PRESS0000000PR"), Channel("S", time, time, "")
     assert chosen([a, p, strain], (), "t.csv") == [a, p]
     assert chosen([a, b, p], ["acc z 2", "10PRESS0000000PR"], "t.csv") == [b, p]
+    gap = Channel("h", time, time, "m", fault="t.mme: 'h': sample 2 is no number")
+    assert chosen([a, gap], ["acc z"], "t.mme") == [a]
     for channels, names, message in (
+        ([a, gap], (), "t.mme: 'h': sample 2 is no number"),
         ([a, b], (), "t.csv: 'acc z' and 'acc z 2' are both a deceleration; --channel NAME chooses one"),
         ([a, p], ["accz"], "t.csv: no channel 'accz'; did you mean 'acc z'?"),
         ([a, strain], ["S"], "t.csv: 'S' is without a unit, none of deceleration, pressure, velocity, height; --unit 'S=g'"),
@@ -261,7 +264,7 @@ def dropped(softbrake: Command, tmp_path: Path) -> Path:
 
 
 def test_a_drop_beside_its_own_export_is_the_same(softbrake: Command, dropped: Path) -> None:
-    assert softbrake("export", "bag.vtkhdf", "--csv").returncode == 0
+    assert softbrake("export", "bag.vtkhdf", "--format", "csv").returncode == 0
     asked = ("--channel", "acceleration", "--channel", "pressure", "--channel", "velocity", "--channel", "height")
     known = ("--gravity", "out", "--pressure", "gauge", "--cfc", "none")
     done = softbrake("compare", "bag.vtkhdf", "bag.csv", *asked, *known, "--json", "-o", "over.png", "-o", "page.html")

@@ -168,7 +168,7 @@ def export(folder: Path, *words: str) -> tuple[int, str, str]:
 
 def test_curves_as_csv_are_exact_and_have_units(tmp_path: Path) -> None:
     drop.write(tmp_path / "drop.vtkhdf", drop.case(4, 8))
-    assert export(tmp_path, "--csv") == (0, f"{tmp_path / 'drop.csv'} written\n", "")
+    assert export(tmp_path, "--format", "csv") == (0, f"{tmp_path / 'drop.csv'} written\n", "")
     with open(tmp_path / "drop.csv", newline="", encoding="utf-8") as stream:
         header, *rows = csv.reader(stream)
     history = softbrake.read_result(tmp_path / "drop.vtkhdf").history
@@ -178,16 +178,17 @@ def test_curves_as_csv_are_exact_and_have_units(tmp_path: Path) -> None:
 
 def test_an_inflated_shell_has_no_curves(tmp_path: Path) -> None:
     inflate(softbrake.load_case(str(PAPER), ["grid={generatrix: 6, hoop: 8}", "belts=[]"]), tmp_path / "rest.vtkhdf")
-    answer = CliRunner().invoke(app, ["export", str(tmp_path / "rest.vtkhdf"), "--csv"])
+    answer = CliRunner().invoke(app, ["export", str(tmp_path / "rest.vtkhdf"), "--format", "csv"])
     assert answer.exit_code == 2 and "an inflated shell has no history" in answer.output
     assert not (tmp_path / "rest.csv").exists()
 
 
 def test_mistakes_of_export(tmp_path: Path) -> None:
     drop.write(tmp_path / "drop.vtkhdf", drop.case(4, 8))
-    assert export(tmp_path)[::2] == (2, "export: to what? --xdmf or --csv is expected\n")
-    assert export(tmp_path, "--csv", "--xdmf")[::2] == (2, "--xdmf and --csv exclude each other\n")
-    code, _, told = export(tmp_path, "--csv", "-o", str(tmp_path / "drop.vtkhdf"))
+    code, _, told = export(tmp_path)
+    assert code == 2 and "Missing option '--format'" in told
+    assert export(tmp_path, "--format", "cvs")[::2] == (2, "--format cvs: csv, xdmf, iso-mme or uff is expected\n")
+    code, _, told = export(tmp_path, "--format", "csv", "-o", str(tmp_path / "drop.vtkhdf"))
     assert (code, told) == (2, f"{tmp_path / 'drop.vtkhdf'}: is the result; --output must name another file\n")
     assert softbrake.read_result(tmp_path / "drop.vtkhdf").summary is not None
 

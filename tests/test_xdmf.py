@@ -18,7 +18,7 @@ def test_sidecar_points_into_the_result(tmp_path: Path, belts: int) -> None:
     case, folder = drop.case(6, 8, belts=belts), tmp_path / "a & b"
     folder.mkdir()
     drop.write(folder / "drop.vtkhdf", case)
-    done = CliRunner().invoke(app, ["export", str(folder / "drop.vtkhdf"), "--xdmf"])
+    done = CliRunner().invoke(app, ["export", str(folder / "drop.vtkhdf"), "--format", "xdmf"])
     assert (done.exit_code, done.stderr) == (0, "")
 
     reader = reading.vtkXdmfReader()
@@ -57,11 +57,10 @@ def test_mistakes(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     drop.write(Path("short.vtkhdf"), drop.case(4, 8), snapshots=0)
     before = sorted(tmp_path.iterdir())
     for arguments, message in (
-        (["drop.vtkhdf"], "--xdmf or --csv is expected"),
-        (["none.vtkhdf", "--xdmf"], "none.vtkhdf: cannot be read: No such file or directory"),
-        (["drop.vtkhdf", "--xdmf", "-o", "drop.xml"], "drop.xml: the name of the sidecar ends in .xdmf"),
-        (["drop.vtkhdf", "--xdmf", "-o", "no/drop.xdmf"], "there is no folder no"),
-        (["short.vtkhdf", "--xdmf"], "short.vtkhdf: the run stopped before it recorded anything"),
+        (["none.vtkhdf", "--format", "xdmf"], "none.vtkhdf: cannot be read: No such file or directory"),
+        (["drop.vtkhdf", "--format", "xdmf", "-o", "drop.xml"], "drop.xml: the name of the sidecar ends in .xdmf"),
+        (["drop.vtkhdf", "--format", "xdmf", "-o", "no/drop.xdmf"], "there is no folder no"),
+        (["short.vtkhdf", "--format", "xdmf"], "short.vtkhdf: the run stopped before it recorded anything"),
     ):
         done = CliRunner().invoke(app, ["export", *arguments])
         assert done.exit_code == 2

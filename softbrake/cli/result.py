@@ -64,34 +64,53 @@ def plot(
 
 def export(
     result: ResultPath,
-    xdmf: Annotated[bool, typer.Option("--xdmf", help="As XDMF, for ParaView before 5.12; points into RESULT.")] = False,
-    as_csv: Annotated[bool, typer.Option("--csv", help="The history as CSV: a row a recorded step, with units.")] = False,
+    form: Annotated[
+        str,
+        typer.Option(
+            "--format",
+            metavar="FORMAT",
+            help="csv: the history, a row a recorded step. xdmf: a sidecar for ParaView before 5.12, which points into RESULT. "
+            "iso-mme, uff: what a test measures, at 10 kHz, for test data software.",
+        ),
+    ],
     output: Annotated[
-        Path | None, typer.Option("--output", "-o", metavar="FILE", help="Default: RESULT with .xdmf or .csv, beside it.")
+        Path | None,
+        typer.Option("--output", "-o", metavar="PATH", help="Default: RESULT with .csv, .xdmf or .uff; folder RESULT-iso-mme."),
     ] = None,
 ) -> None:
     """Write what is in a result file for other programs."""
     from softbrake.report.curves_csv import write_curves
+    from softbrake.report.test_files import write_iso_mme, write_uff
     from softbrake.report.xdmf import write_xdmf
+    from softbrake.signals import SignalError
     from softbrake.sim.result_file import ResultError, read_inflation
 
-    if xdmf == as_csv:
-        fail("--xdmf and --csv exclude each other" if xdmf else "export: to what? --xdmf or --csv is expected")
-    ending = ".xdmf" if xdmf else ".csv"
+    forms = {
+        "csv": (write_curves, ".csv"),
+        "xdmf": (write_xdmf, ".xdmf"),
+        "iso-mme": (write_iso_mme, "-iso-mme"),
+        "uff": (write_uff, ".uff"),
+    }
+    if form not in forms:
+        fail(f"--format {form}: csv, xdmf, iso-mme or uff is expected")
+    write, ending = forms[form]
     file = output or _beside(result, ending)
-    if xdmf and file.suffix != ending:
-        fail(f"{file}: the name of the sidecar ends in .xdmf, for ParaView to know it")
+    if form in ("xdmf", "uff") and file.suffix != ending:
+        reader = "the name of the sidecar ends in .xdmf, for ParaView to know it" if form == "xdmf" else "the name ends in .uff"
+        fail(f"{file}: {reader}")
     if file.resolve() == result.resolve():
         fail(f"{file}: is the result; --output must name another file")
+    if form == "iso-mme" and file.exists():
+        fail(f"{file}: is there already; --output must name a new folder")
     check_place(file)
     try:
-        if as_csv and read_inflation(result) is not None:
+        if form != "xdmf" and read_inflation(result) is not None:
             fail(f"{result}: an inflated shell has no history; softbrake info and report show it")
         with writing(file):
-            (write_xdmf if xdmf else write_curves)(result, file)
-    except ResultError as error:
+            write(result, file)
+    except (ResultError, SignalError) as error:
         fail(error)
-    typer.echo(f"{file} written" + (f"; it needs {result} at its place" if xdmf else ""))
+    typer.echo(f"{file} written" + (f"; it needs {result} at its place" if form == "xdmf" else ""))
 
 
 def report(

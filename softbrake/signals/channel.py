@@ -7,6 +7,8 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
+import numpy as np
+
 from softbrake.case.units import GRAVITIES, STANDARD_GRAVITY, Dimension, measure, unit_size
 from softbrake.core.arrays import Floats
 
@@ -34,6 +36,7 @@ class Channel:
     unit: str  # as the file has it; empty where it says none
     code: str = ""  # of ISO/TS 13499, 16 characters; empty of other formats
     cfc: int | None = None  # class of SAE J211 that the values have passed already
+    fault: str | None = None  # why they cannot be used, a line for the user: some are nan, as the file has no number there
 
     @property
     def quantity(self) -> str | None:
@@ -87,6 +90,21 @@ def check_units(path: Path, units: Mapping[str, str], names: Iterable[str]) -> N
             raise SignalError(f"{path}: no channel '{name}' to give a unit; {listed(known)} are expected")
         if not is_unit(unit):
             raise SignalError(f"{path}: channel '{name}': '{unit}' is no unit; one as 'g', 'm/s^2' or 'kPa' is expected")
+
+
+def fault_of(place: str, values: Floats) -> str | None:
+    """Say which sample is no number; None where all are."""
+    odd = np.flatnonzero(~np.isfinite(values))
+    return f"{place}: sample {odd[0] + 1} is {values[odd[0]]}; a number at each sample is expected" if odd.size else None
+
+
+def lines_of(data: bytes) -> list[str]:
+    """Lines of a text; what is not UTF-8 is Latin-1, where names and units of western loggers read the same."""
+    try:
+        text = data.decode("utf-16" if data.startswith((b"\xff\xfe", b"\xfe\xff")) else "utf-8-sig")
+    except UnicodeDecodeError:
+        text = data.decode("latin-1")
+    return re.split(r"\r\n|\r|\n", text)
 
 
 def listed(names: Iterable[str]) -> str:

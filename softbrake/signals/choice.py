@@ -12,8 +12,8 @@ from softbrake.signals.channel import QUANTITIES, Channel, SignalError
 def chosen(channels: Sequence[Channel], names: Sequence[str], source: str) -> list[Channel]:
     """Return the channels of some names or codes; without any, all that are the only ones of their quantity.
 
-    source: the file, for messages. Raises SignalError where one is not there, measures nothing a drop has, or where two measure
-    the same.
+    source: the file, for messages. Raises SignalError where one is not there, has samples that are no numbers, measures nothing
+    a drop has, or where two measure the same.
     """
     if names:
         found = [_named(channels, name, source) for name in names]
@@ -22,6 +22,8 @@ def chosen(channels: Sequence[Channel], names: Sequence[str], source: str) -> li
     if not found:
         units = ", ".join(f"'{channel.name}' in '{channel.unit}'" for channel in channels)
         raise SignalError(f"{source}: no channel of {', '.join(QUANTITIES)}: {units}; --unit 'NAME=m/s^2' gives one its unit")
+    if faults := [channel.fault for channel in found if channel.fault is not None]:
+        raise SignalError(faults[0])
     for quantity in QUANTITIES:
         if len(alike := [channel.name for channel in found if channel.quantity == quantity]) > 1:
             raise SignalError(f"{source}: {' and '.join(map(repr, alike))} are both a {quantity}; --channel NAME chooses one")

@@ -15,7 +15,7 @@ from typing import NamedTuple
 import numpy as np
 
 from softbrake.core.arrays import Floats
-from softbrake.signals.channel import Channel, SignalError, check_units, is_unit, listed, second_size, si_size
+from softbrake.signals.channel import Channel, SignalError, check_units, is_unit, lines_of, listed, second_size, si_size
 
 DELIMITERS = {"\t": "tabs", ";": "semicolons", ",": "commas", " ": "spaces"}
 COMMENTS = ("#", "%", "//")
@@ -40,7 +40,10 @@ class _Name(NamedTuple):
 
 def read(path: Path, units: Mapping[str, str], time: str | None) -> list[Channel]:
     """Read a text as `read_channels` does."""
-    lines = [_Line(k, line) for k, line in enumerate(_text(path).splitlines(), 1) if line.strip()]
+    data = path.read_bytes()
+    if b"\0" in data and not data.startswith((b"\xff\xfe", b"\xfe\xff")):  # of UTF-16
+        raise SignalError(f"{path}: is no text; columns of numbers, or a file *.mme, *.uff, *.tdms are expected")
+    lines = [_Line(k, line) for k, line in enumerate(lines_of(data), 1) if line.strip()]
     delimiter, start = _start(path, lines)
     rows = [line for line in lines[start:] if not line.text.lstrip().startswith(COMMENTS)]
     names = _header(path, lines[:start], _filled(rows[0].text, delimiter), delimiter, time)
@@ -72,19 +75,6 @@ def read(path: Path, units: Mapping[str, str], time: str | None) -> list[Channel
         for k, (name, own, _) in enumerate(names)
         if k != of_time
     ]
-
-
-def _text(path: Path) -> str:
-    """Text of a file; what is not UTF-8 is Latin-1, where names and units of western loggers read the same."""
-    data = path.read_bytes()
-    if data.startswith((b"\xff\xfe", b"\xfe\xff")):
-        return data.decode("utf-16", "replace")
-    if b"\0" in data:
-        raise SignalError(f"{path}: is no text; columns of numbers, or a file *.mme, *.uff, *.tdms are expected")
-    try:
-        return data.decode("utf-8-sig")
-    except UnicodeDecodeError:
-        return data.decode("latin-1")
 
 
 def _cells(text: str, delimiter: str) -> list[tuple[int, str]]:

@@ -81,10 +81,15 @@ def filtered(time: Floats, values: Floats, cfc: float) -> tuple[Floats, Floats] 
     if unfit(time, cfc) is not None or not np.isfinite(values).all():
         return None
     edges = _edges(time, cfc)
+    return _filtered_slope(edges, integral(time, values, edges), cfc)
+
+
+def integral(time: Floats, values: Floats, until: Floats) -> Floats:
+    """Return the integrals of a record, linear between its times (s), from the first one until others within it."""
     whole = np.concatenate(([0.0], np.cumsum(0.5 * np.diff(time) * (values[1:] + values[:-1]))))
-    row = np.clip(np.searchsorted(time, edges, side="right") - 1, 0, len(time) - 2)
-    until = whole[row] + 0.5 * (edges - time[row]) * (values[row] + np.interp(edges, time, values))
-    return _filtered_slope(edges, until, cfc)
+    row = np.clip(np.searchsorted(time, until, side="right") - 1, 0, len(time) - 2)
+    integrals: Floats = whole[row] + 0.5 * (until - time[row]) * (values[row] + np.interp(until, time, values))
+    return integrals
 
 
 def filtered_slope(time: Floats, values: Floats, cfc: float) -> tuple[Floats, Floats] | None:

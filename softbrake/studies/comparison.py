@@ -55,6 +55,8 @@ def computed_curve(history: NDArray[Any], quantity: str, cfc: int | None, gravit
 
 def measured_curve(channel: Channel, cfc: int | None) -> Curve:
     """Return a channel behind a class, if any; one that has passed it stays as it is. Raises ValueError as `computed_curve`."""
+    if channel.fault is not None:
+        raise ValueError(channel.fault)
     if cfc is None or channel.cfc == cfc:
         return Curve(channel.time, channel.values)
     found = filtered(channel.time, channel.values, cfc)
