@@ -49,7 +49,9 @@ def calibrate(
     fit: Annotated[
         list[str] | None,
         typer.Option(
-            "--fit", metavar="PATH[=LOW:HIGH]", help="To fit; default range: a third to three times the case's. Repeatable."
+            "--fit",
+            metavar="PATH[=LOW:HIGH]",
+            help="Input, as gas.pressure; default: a third to three times the case's. Repeatable.",
         ),
     ] = None,
     overrides: Overrides = None,
@@ -224,7 +226,8 @@ def _write(file: CaseFile, overrides: Sequence[str], answer: Calibration, to: Pa
     else:
         names = ", ".join(dict.fromkeys(each.test for each in answer.channels))
         comments = {each.variable.path: f"fitted to {names}: {fitted_in_words(each)}" for each in answer.inputs}
-        text = _edited(file, overrides, answer.overrides, comments)
+        values = [f"{each.variable.path}={each.variable.in_unit(each.value)}" for each in answer.inputs]
+        text = _edited(file, overrides, values, comments)
         with writing(to), draft_of(to) as draft:
             Path(draft).write_bytes(text.encode("utf-8"))
     typer.echo(f"{to} written", err=True)

@@ -104,11 +104,6 @@ class Calibration:
     drops: int  # computed
     faults: dict[str, int]  # of those without an answer, and how often
 
-    @property
-    def overrides(self) -> list[str]:
-        """The fitted values as --set has them."""
-        return [each.variable.override(each.value) for each in self.inputs]
-
 
 class _Window(NamedTuple):
     """What of a test is compared."""
@@ -195,6 +190,7 @@ class _Fit:
         self.known_coarser: dict[Place, list[list[Curve]] | None] = {}
         self.faults: dict[str, int] = {}
         self.drops = 0
+        self.weight = "tests' spread"
 
     def run(self, places: Sequence[Place]) -> Calibration:
         """Look at places, refine the best, and say what the tests tell at the best end."""
@@ -213,7 +209,7 @@ class _Fit:
             new, before = self.windows(best.shifts, self.ends_around(best)), noise
             moved = any(abs(a.stop - b.stop) > 0.5 * self.spacing for a, b in zip(new, windows, strict=True))
             windows = new if moved else windows
-            noise = self.noise(best, windows)
+            noise, self.weight = self.noise(best, windows), "last misfit"
             if not moved and (len(noise) == 1 or np.all(np.abs(noise / before - 1.0) < SETTLED)):
                 break
             best = self.refine(best, windows, noise)
@@ -381,7 +377,7 @@ class _Fit:
         ends = tuple(map(float, np.where(outwards, near, place)))
         place = ends if self.curves([ends])[0] is not None else place
         cost = float(np.sum(self.differences(place, shifts, windows, noise) ** 2))
-        self.say(f"misfit {math.sqrt(cost / len(found.fun)):.4g} of the noise: {self.in_words(place)}")
+        self.say(f"{self.in_words(place)}: misfit {math.sqrt(cost / len(found.fun)):.4g} of the {self.weight}")
         return _End(place, shifts, cost)
 
     def in_words(self, place: Place) -> str:
