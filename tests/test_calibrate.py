@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import sys
 from collections.abc import Callable, Sequence
 from pathlib import Path
 
@@ -85,18 +86,17 @@ def logged(corner: float) -> Noise:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("noise", [white, logged(300.0)], ids=["white", "logger"])
-def test_intervals_hold_the_truth_as_often_as_they_say(lumped: CaseFile, noise: Noise) -> None:
-    """95 %, of 200 seeds: outside of 90 to 98 % by chance once in a thousand."""
+def test_intervals_hold_the_truth_as_often_as_they_say(lumped: CaseFile) -> None:
+    """95 %, of 200 seeds, half of them behind a logger: outside of 90 to 98 % by chance once in fifty."""
     drop = measured(lumped.vary(TRUTH), shift=0.013)
     held = np.zeros(len(TRUTH))
     for seed in range(200):
-        found = fitted(lumped, with_noise(drop, [noise(seed)]), starts=0)
+        found = fitted(lumped, with_noise(drop, [(white, logged(300.0))[seed % 2](seed)]), starts=0)
         assert not found.undetermined
         for k, (each, true) in enumerate(zip(found.inputs, TRUTH.values(), strict=True)):
             assert each.interval is not None
             held[k] += each.interval[0] <= true <= each.interval[1]
-    assert np.all((held >= 180) & (held <= 197)), held
+    assert np.all((held >= 180) & (held <= 196)), held
 
 
 def test_intervals_widen_with_the_noise_and_with_its_length(lumped: CaseFile) -> None:
@@ -162,6 +162,13 @@ def test_several_tests_and_channels_tell_more(lumped: CaseFile) -> None:
         assert one.interval[1] - one.interval[0] < other.interval[1] - other.interval[0]
 
 
+def test_without_scipy_a_line_says_what_to_install(lumped: CaseFile, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setitem(sys.modules, "scipy", None)
+    monkeypatch.setitem(sys.modules, "scipy.optimize", None)
+    with pytest.raises(ImportError, match=r"pip install 'softbrake\[chance\]'"):
+        fitted(lumped, [])
+
+
 def test_starts_without_an_answer_are_counted(lumped: CaseFile, monkeypatch: pytest.MonkeyPatch) -> None:
     batch, dropped = calibration.run_batch, []
 
@@ -178,7 +185,7 @@ def test_starts_without_an_answer_are_counted(lumped: CaseFile, monkeypatch: pyt
     found = fitted(lumped, drop)
     assert found.faults == {"diverged at 0.1 s": len(dropped)}
     assert found.inputs[1].value == pytest.approx(8.2, rel=1e-3)
-    with pytest.raises(NotCalibrated, match=r"none of the 32 starts has an answer: diverged at 0.1 s \(32 times\)"):
+    with pytest.raises(NotCalibrated, match=r"none of 32 starts has an answer: diverged at 0.1 s \(32 times\)"):
         fitted(lumped, drop, FITS | {"cargo.velocity": "9.5:11"})
 
 
@@ -239,7 +246,7 @@ def test_a_text_is_edited_at_its_places(end: str) -> None:
 
 
 @pytest.fixture
-def test_csv(tmp_path: Path, lumped: CaseFile) -> Path:
+def record(tmp_path: Path, lumped: CaseFile) -> Path:
     """A record of deceleration with gravity, in g, and of absolute pressure."""
     drop = measured(lumped.vary(TRUTH), ("deceleration", "pressure"), shift=0.02)
     (a, p) = with_noise(drop, [white(0), white(1, 200.0)])
@@ -252,7 +259,7 @@ def test_csv(tmp_path: Path, lumped: CaseFile) -> Path:
 ASKED = ("--fit", "vents.0.discharge=0.3:1", "--fit", "cargo.velocity=6m/s:11m/s", "--gravity", "in", "--pressure", "absolute")
 
 
-def test_command_writes_a_case_that_runs_and_keeps_its_comments(softbrake: Command, tmp_path: Path, test_csv: Path) -> None:
+def test_command_writes_a_case_that_runs_and_keeps_its_comments(softbrake: Command, tmp_path: Path, record: Path) -> None:
     case = tmp_path / "drop.yaml"
     case.write_text(TEXT)
     words = ("calibrate", "drop.yaml", "test.csv", *ASKED, "--cfc", "60", "--set", "output.history_interval=5", "--starts", "4")
@@ -295,7 +302,7 @@ def test_command_writes_a_case_that_runs_and_keeps_its_comments(softbrake: Comma
     ],
 )
 def test_mistakes_are_told_in_a_line(
-    softbrake: Command, tmp_path: Path, test_csv: Path, words: tuple[str, ...], message: str
+    softbrake: Command, tmp_path: Path, record: Path, words: tuple[str, ...], message: str
 ) -> None:
     (tmp_path / "drop.yaml").write_text(TEXT)
     done = softbrake("calibrate", "drop.yaml", "test.csv", *words)
@@ -303,7 +310,7 @@ def test_mistakes_are_told_in_a_line(
     assert message in done.stderr and done.stderr.count("\n") == 1, done.stderr
 
 
-def test_a_test_may_have_values_of_its_own(softbrake: Command, tmp_path: Path, test_csv: Path) -> None:
+def test_a_test_may_have_values_of_its_own(softbrake: Command, tmp_path: Path, record: Path) -> None:
     (tmp_path / "drop.yaml").write_text(TEXT)
     words = (
         "--fit",

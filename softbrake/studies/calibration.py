@@ -185,7 +185,7 @@ class _Fit:
         self.period = 1.0 / (CORNER * cfc)
         self.spacing = 0.5 * self.period
         self.measured = [[measured_curve(channel, cfc) for channel in test.channels] for test in tests]
-        self.steps = np.full(len(variables), STEPS[-1])
+        self.steps = np.full(len(variables), 0.5 * REACHES[0])
         self.known: dict[Place, list[list[Curve]] | None] = {}
         self.known_coarser: dict[Place, list[list[Curve]] | None] = {}
         self.faults: dict[str, int] = {}
@@ -196,13 +196,18 @@ class _Fit:
         """Look at places, refine the best, and say what the tests tell at the best end."""
         ranked, noise, sooner = self.look(places)
         windows = self.windows(ranked[0].shifts, sooner)
-        self.good_slopes(ranked[0], windows, noise)
         ends: list[_End] = []
         for start in ranked[: REFINED[1]]:
-            ends.append(self.refine(start, windows, noise))
+            try:
+                ends.append(self.refine(start, windows, noise))
+            except NotCalibrated as none:
+                self.lost(str(none))
+                continue
             best = min(ends, key=lambda end: end.cost)
             if len(ends) >= REFINED[0] and sum(map(best.near, ends)) > 1:
                 break
+        if not ends:
+            raise NotCalibrated(f"no start can be refined: {self.told_faults()}")
         first_noise = noise
         for _ in range(ROUNDS):
             self.good_slopes(best, windows, noise)
@@ -227,13 +232,14 @@ class _Fit:
         coarser: part of the cells of the grid.
         """
         known = self.known if coarser == 1.0 else self.known_coarser
-        new = [place for place in dict.fromkeys(places) if place not in known]
+        if not (new := [place for place in dict.fromkeys(places) if place not in known]):
+            return [known[place] for place in places]
         cases: dict[Place, list[Case]] = {}
         for place in new:
             try:
                 cases[place] = [self.on_grid(test.load(self.values(place)), coarser) for test in self.tests]
             except (CaseError, ValueError) as error:
-                self.lost(str(error.faults[0] if isinstance(error, CaseError) else error))
+                self.lost(error.faults[0] if isinstance(error, CaseError) else str(error))
         alike = list(dict.fromkeys(case for each in cases.values() for case in each))  # tests of one drop are computed once
         answers = dict(zip(alike, run_batch(alike, histories=True), strict=True))
         self.drops += len(alike)
@@ -279,8 +285,7 @@ class _Fit:
             except ValueError as error:
                 self.lost(str(error))
         if not found:
-            why = "; ".join(f"{fault} ({count} times)" for fault, count in self.faults.items()) or "none lies in the ranges"
-            raise NotCalibrated(f"none of the {len(places)} starts has an answer: {why}")
+            raise NotCalibrated(f"none of {len(places)} starts has an answer: {self.told_faults() or 'none lies in the ranges'}")
         sooner = [float(np.quantile([self.end_of(place, test) for place, _ in found], 0.5)) for test in range(len(self.tests))]
         ranked, noise, none = [], np.empty(0), ValueError()
         for place, shifts in found:
@@ -360,7 +365,7 @@ class _Fit:
         begin = np.concatenate((inside, start.shifts / self.spacing if free else ()))
         bounds = np.concatenate((np.zeros(n), np.full(free, -np.inf))), np.concatenate((np.ones(n), np.full(free, np.inf)))
         if self.curves([tuple(map(float, inside))])[0] is None:
-            return start._replace(cost=math.inf)
+            raise self.no_slope(start.place, 0)
         found = least_squares(
             lambda z: self.differences(*parts(z), windows, noise),
             begin,
