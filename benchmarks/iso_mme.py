@@ -1,7 +1,7 @@
 """Tests of ISO-MME read and written by pyisomme 1.1.0, which cannot be installed beside softbrake: it pins numpy 1.26.
 
-`python -m benchmarks.iso_mme [PYTHON]` makes an environment for it, or takes that of an interpreter that has it. Exits with 1 where
-a value differs more than said, or where the test in tests/iso_mme is not what it writes.
+`python -m benchmarks.iso_mme [PYTHON]` makes an environment for it, or takes that of an interpreter that has it. Exits with 1
+where values differ, times by 1e-15 s, or the test in tests/iso_mme from what it writes.
 """
 
 from __future__ import annotations
@@ -23,7 +23,8 @@ READ = """
 import json, sys
 from pyisomme import Isomme
 test = Isomme().read(sys.argv[1])
-print(json.dumps([[str(c.code), c.get_info("Name of the channel"), c.data.index.tolist(), c.get_data().tolist()] for c in test.channels]))
+rows = [(str(c.code), c.get_info("Name of the channel"), c.data.index.tolist(), c.get_data().tolist()) for c in test.channels]
+print(json.dumps(rows))
 """
 WRITE = """
 import sys
@@ -42,6 +43,11 @@ channels = [
 ]
 Isomme(test_number="drop7", test_info=[("Title", "made by pyisomme 1.1.0")], channels=channels).write(sys.argv[1] + "/drop7.mme")
 """
+
+
+def texts_of(folder: Path) -> dict[str, str]:
+    """Texts of all files of a folder by their names in it."""
+    return {each.relative_to(folder).as_posix(): each.read_text() for each in folder.rglob("*") if each.is_file()}
 
 
 def main(folder: Path, python: str | None) -> bool:
@@ -66,19 +72,14 @@ def main(folder: Path, python: str | None) -> bool:
     named = [(code, name) for code, name, _, _ in read] == [(each.code, each.name) for each in made]
     values = [np.array_equal(each.values, row[3]) for each, row in zip(made, read, strict=True)]
     apart = max(float(np.abs(each.time - row[2]).max()) for each, row in zip(made, read, strict=True))
-    print(
-        f"it reads ours: {sum(values)} of {len(made)} channels to the last digit, names and codes {'equal' if named else 'differ'},"
-    )
-    print(f"               times within {apart:.1g} s: it takes equal steps from the first to the last")
+    print(f"it reads ours: {sum(values)} of {len(made)} channels to the last digit, times within {apart:.1g} s,")
+    print(f"               names and codes {'equal' if named else 'differ'}")
     good = named and all(values) and apart < 1e-15
 
     (folder / "theirs").mkdir()
     subprocess.run([python, "-c", WRITE, str(folder / "theirs")], check=True, capture_output=True)
-    stored = {each.relative_to(FIXTURE): each.read_text() for each in sorted(FIXTURE.rglob("*")) if each.is_file()}
-    written = {each.relative_to(folder / "theirs"): each.read_text() for each in (folder / "theirs").rglob("*") if each.is_file()}
-    print(
-        f"it writes:     {len(written)} files, {'as' if written == stored else 'not as'} in {FIXTURE.relative_to(FIXTURE.parents[1])}"
-    )
+    stored, written = texts_of(FIXTURE), texts_of(folder / "theirs")
+    print(f"it writes:     {len(written)} files, {'those' if written == stored else 'not those'} of tests/iso_mme")
     acceleration = read_channels(folder / "theirs")[0]
     exact = np.array_equal(acceleration.values, [0.0, 1.5, -2.25, 3.0, 4.0, 5.0])
     print(f"we read it:    {'to the last digit' if exact else 'with differences'}; tests/test_signals.py asserts the rest")

@@ -15,19 +15,20 @@ from softbrake.sim.filters import integral
 from softbrake.sim.result_file import Result, ResultError, read_result
 
 RATE = 10_000  # samples per second
-# Codes of ISO/TS 13499: test rig, its platform, airbag or ground; dimension; 3 is up, against the sign of SAE J211; unfiltered.
+# Codes of ISO/TS 13499: test rig; its platform, airbag or ground; dimension, 1 one of our own; 3 is up, against the sign of
+# SAE J211; unfiltered.
 CODES = {
     History.HEIGHT: "T0PLAF000000DS30",
     History.VELOCITY: "T0PLAF000000VE30",
     History.ACCELERATION: "T0PLAF000000AC30",
     History.PRESSURE: "T0AIRB000000PR00",
     History.COVER_FORCE: "T0PLAF000000FO30",
-    History.CONTACT_FORCE: "T1PLAF000000FO30",
+    History.CONTACT_FORCE: "T0AIRB000000FO30",
     History.GROUND_FORCE: "T0GRND000000FO30",
     History.GROUND_AREA: "T0GRND000000AR00",
-    History.TENSION_GENERATRIX: "T1AIRB0000000000",
-    History.TENSION_HOOP: "T2AIRB0000000000",
-    History.TENSION_BELT: "T3AIRB0000000000",
+    History.TENSION_GENERATRIX: "T0AIRB0000001G00",
+    History.TENSION_HOOP: "T0AIRB0000001H00",
+    History.TENSION_BELT: "T0AIRB0000001B00",
     History.TEMPERATURE: "T0AIRB000000TE00",
     History.GAS_MASS: "T0AIRB000000MA00",
     History.VOLUME: "T0AIRB000000VU00",
@@ -40,7 +41,7 @@ def write_iso_mme(result: Path | str, folder: Path | str) -> None:
     """Write the drop of a result file as a test of ISO-MME into a new folder. Raises ResultError and OSError."""
     found, folder = read_result(result), Path(folder)
     test = folder.name.removesuffix("-iso-mme")
-    texts = iso_mme.files(test, found.case["title"], channels_of(found), 1.0 / RATE)
+    texts = iso_mme.files(test, _title(found), channels_of(found), 1.0 / RATE)
     draft = folder.with_name(f".{folder.name}.{os.getpid()}")
     try:
         (draft / "Channel").mkdir(parents=True)
@@ -57,7 +58,12 @@ def write_uff(result: Path | str, file: Path | str) -> None:
     found = read_result(result)
     channels = channels_of(found)
     with draft_of(file) as draft:
-        uff.write(draft, found.case["title"], channels)
+        uff.write(draft, _title(found), channels)
+
+
+def _title(result: Result) -> str:
+    """Title of the case on one line, as both formats have it."""
+    return " ".join(str(result.case["title"]).split())
 
 
 def channels_of(result: Result) -> list[Channel]:

@@ -92,6 +92,15 @@ def check_units(path: Path, units: Mapping[str, str], names: Iterable[str]) -> N
             raise SignalError(f"{path}: channel '{name}': '{unit}' is no unit; one as 'g', 'm/s^2' or 'kPa' is expected")
 
 
+def even_times(place: str, key: str, first: float, interval: float, count: int) -> Floats:
+    """Return times an interval apart. Raises SignalError, which names the interval's key, where they do not rise."""
+    if interval > 0.0 and np.isfinite(first + interval * count):
+        times = first + interval * np.arange(count, dtype=np.float64)
+        if (np.diff(times) > 0.0).all():
+            return times
+    raise SignalError(f"{place}: {key} is {interval:g} s from {first:g} s on; times that rise are expected")
+
+
 def fault_of(place: str, values: Floats) -> str | None:
     """Say which sample is no number; None where all are."""
     odd = np.flatnonzero(~np.isfinite(values))

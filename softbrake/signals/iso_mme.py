@@ -15,7 +15,7 @@ from typing import NamedTuple
 import numpy as np
 
 from softbrake.core.arrays import Floats
-from softbrake.signals.channel import Channel, SignalError, check_units, lines_of, second_size, si_size
+from softbrake.signals.channel import Channel, SignalError, check_units, even_times, lines_of, second_size, si_size
 
 # Classes of SAE J211 by the last character of a code; others are unfiltered or of filters that are no class.
 CLASSES = dict(zip("ABCDEFGHL", (1000, 600, 180, 60, 1000, 600, 180, 60, 20), strict=True))
@@ -139,9 +139,7 @@ def _times(file: _File, files: list[_File]) -> Floats:
     """Times (s) of the samples of a channel."""
     if file.keys.get("reference channel", "implicit").lower() == "implicit":
         first, interval = (_number(file, key) for key in ("Time of first sample", "Sampling interval"))
-        if interval <= 0.0:
-            raise SignalError(f"{file.path}: '{file.name}': 'Sampling interval' is {interval}; more than 0 s is expected")
-        return first + interval * np.arange(len(file.texts), dtype=np.float64)
+        return even_times(f"{file.path}: '{file.name}'", "'Sampling interval'", first, interval, len(file.texts))
     reference = file.keys.get("reference channel name", "")
     named = [each for each in files if reference and reference in (each.code, each.name)]
     if not _explicit(file) or len(named) != 1:

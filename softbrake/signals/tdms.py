@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from softbrake.core.arrays import Floats
-from softbrake.signals.channel import Channel, SignalError, check_units, fault_of, listed, second_size, si_size
+from softbrake.signals.channel import Channel, SignalError, check_units, even_times, fault_of, listed, second_size, si_size
 
 UNITS = ("unit_string", "NI_UnitDescription", "Unit")  # properties that name it
 
@@ -26,6 +26,8 @@ def read(path: Path, units: Mapping[str, str], time: str | None) -> list[Channel
         raise
     except Exception as error:  # of the segments that it found no sense in, of many kinds
         raise SignalError(f"{path}: npTDMS cannot read it: {error}; a file of TDMS is expected") from None
+    if file.file_status.incomplete_final_segment:
+        raise SignalError(f"{path}: ends within a segment, so samples are missing; a whole file is expected")
     found = [each for group in file.groups() for each in group.channels()]
     short = [each.name for each in found]
     named = {each.name if short.count(each.name) == 1 else f"{each.group_name}/{each.name}": each for each in found}
@@ -60,15 +62,13 @@ def _unit(each: Any) -> str:
 def _waveform(place: str, each: Any, count: int) -> Floats:
     """Times (s) of a waveform: an offset, and an increment a sample."""
     interval, first = each.properties.get("wf_increment"), each.properties.get("wf_start_offset", 0.0)
-    if interval is None or not interval > 0.0:
-        fault = "no wf_increment" if interval is None else f"wf_increment is {interval}"
-        raise SignalError(f"{place}: {fault}; an increment of more than 0 s, or the name of a channel of times, is expected")
+    if interval is None:
+        raise SignalError(f"{place}: no wf_increment; an increment, or the name of a channel of times, is expected")
     try:
         size = second_size(each.properties.get("wf_xunit_string") or "s")
     except ValueError as error:
         raise SignalError(f"{place}: wf_xunit_string: {error}; a unit of time is expected") from None
-    times: Floats = (first + interval * np.arange(count)) * size
-    return times
+    return even_times(place, "wf_increment", first * size, interval * size, count)
 
 
 def _clock(path: Path, name: str, each: Any, units: Mapping[str, str]) -> Floats:
