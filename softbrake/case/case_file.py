@@ -5,7 +5,7 @@ from __future__ import annotations
 import sys
 from codecs import BOM_UTF8
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from os import PathLike, fspath
 from pathlib import Path
 from typing import Any
@@ -43,13 +43,14 @@ class CaseFile:
     tree: Node  # with them
     overrides: int  # how many
     case: Case  # what it means
+    text: str = ""  # of the file, as it was read; empty of a mapping
 
     def set(self, overrides: Sequence[str | Override]) -> CaseFile:
         """Return the file with more overrides, applied in turn, such as `fabric.E=18.75kN/m`.
 
         Raises CaseError with all faults of the overrides, and of the file with them.
         """
-        return _checked(self.name, self.written, self.tree, self.overrides, overrides, Checker())
+        return replace(_checked(self.name, self.written, self.tree, self.overrides, overrides, Checker()), text=self.text)
 
     def vary(self, values: Mapping[str, Number]) -> Case:
         """Return the case with other numbers, in SI units by dotted path. Raises CaseError, as with `--set PATH=VALUE`."""
@@ -147,7 +148,7 @@ def case_file(text: str, name: str, overrides: Sequence[str | Override] = ()) ->
         place = place_of(0, 0) if root is None or empty else root.place
         check.fault(place, "", "an empty file" if empty else "not a mapping", "sections such as 'shell:' are expected")
         raise CaseError(check.messages())
-    return _checked(name, root, root, 0, _several(overrides), check)
+    return replace(_checked(name, root, root, 0, _several(overrides), check), text=text)
 
 
 def _several(overrides: Sequence[str | Override]) -> Sequence[str | Override]:

@@ -13,7 +13,7 @@ from typing import Annotated, Any
 import typer
 
 from softbrake import __version__
-from softbrake.cli import chart, check, compare, design, inflate, result, run, stability, sweep, warmup
+from softbrake.cli import calibrate, chart, check, compare, design, inflate, result, run, stability, sweep, warmup
 from softbrake.cli.exits import ending
 
 COMMANDS = (  # in the order of --help
@@ -31,6 +31,7 @@ COMMANDS = (  # in the order of --help
     design.design,
     result.report,
     compare.compare,
+    calibrate.calibrate,
     chart.chart,
     warmup.warmup,
 )

@@ -87,7 +87,7 @@ def compare(
             cfc=read_class(cfc, case),
             added=added,
             shift=read_time("--shift", shift),
-            interval=_interval(interval),
+            interval=read_interval(interval),
         )
     except ValueError as error:
         fail(f"{test}: {error}")
@@ -167,7 +167,7 @@ def read_time(option: str, text: str | None) -> float | None:
         fail(f"{option} {text}: {error}; a time such as 12ms is expected")
 
 
-def _interval(text: str | None) -> tuple[float, float] | None:
+def read_interval(text: str | None) -> tuple[float, float] | None:
     if text is None:
         return None
     start, colon, stop = text.partition(":")

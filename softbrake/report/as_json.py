@@ -12,6 +12,7 @@ from softbrake.sim.summary import Inflation, Summary
 
 if TYPE_CHECKING:
     from softbrake.case.full_stop import FullStop
+    from softbrake.studies.calibration import Calibration
     from softbrake.studies.comparison import Comparison
     from softbrake.studies.feasible_design import DesignFound, DesignProblem
     from softbrake.studies.inverse_design import DesignAnswer, Question
@@ -115,6 +116,30 @@ def comparison_json(found: Comparison) -> str:
     """A drop beside a test as one JSON object, SI units, without the curves."""
     quantities = [{key: value for key, value in asdict(each).items() if key != "pair"} for each in found.quantities]
     return json.dumps(_finite(asdict(found) | {"quantities": quantities}), indent=2, allow_nan=False)
+
+
+def calibration_json(found: Calibration) -> str:
+    """Inputs fitted to tests as one JSON object, SI units."""
+    inputs = [
+        {"path": each.variable.path, "unit": each.variable.unit, "low": each.variable.low, "high": each.variable.high}
+        | {
+            "value": each.value,
+            "interval": each.interval,
+            "why_not": each.why_not or None,
+            "grid": each.grid,
+            "slope_error": error,
+        }
+        for each, error in zip(found.inputs, found.slope_errors, strict=True)
+    ]
+    channels = [
+        {"test": each.test, "name": each.name, "quantity": each.quantity, "misfit": each.misfit, "scatter": each.scatter}
+        | {"correlation": each.correlation, "samples": len(each.time)}
+        | {"time": each.time.tolist(), "measured": each.measured.tolist(), "computed": each.computed.tolist()}
+        for each in found.channels
+    ]
+    counted = ("shifts", "undetermined", "starts", "refined", "agreeing", "rivals", "drops", "faults")
+    answer = {"inputs": inputs, "correlations": found.correlations.tolist(), "channels": channels}
+    return json.dumps(_finite(answer | {name: getattr(found, name) for name in counted}), indent=2, allow_nan=False)
 
 
 def _finite(value: Any) -> Any:

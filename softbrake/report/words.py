@@ -2,7 +2,12 @@
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 from softbrake.sim.summary import Ensemble, GasBalance, Inflation, PeakValue, Summary, Trial
+
+if TYPE_CHECKING:
+    from softbrake.studies.calibration import FittedInput
 
 SHOWN = 1e-5  # of the initial energy: less than that is what steps of finite length leave
 DUST = 1e-6  # m/s^2 or N/m: less than that is round-off
@@ -143,3 +148,11 @@ def inflation_rows(inflation: Inflation) -> list[tuple[str, str, str, str]]:
             note = f"largest; {middle[part] / 1e3:.4f} at mid-height" if part in middle else "largest"
             rows.append((f"tension, {part}", f"{tension / 1e3:.4f}", "kN/m", note))
     return rows
+
+
+def fitted_in_words(one: FittedInput) -> str:
+    """Interval of a fitted input, or why there is none."""
+    if one.interval is None:
+        return f"no interval, {one.why_not}"
+    low, high = one.interval
+    return f"{low / one.variable.size:.4g} to {one.variable.in_unit(high, '.4g')} (95 %)"

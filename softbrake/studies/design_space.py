@@ -27,6 +27,7 @@ class Variable:
     high: float
     shown: str  # unit in which people gave the value or the range; SI where they gave none
     size: float  # SI, of that unit
+    option: str  # by which people name it
 
     def in_unit(self, value: float, form: str = ".6g") -> str:
         """A value (SI) in the unit shown."""
@@ -45,7 +46,7 @@ class Variable:
     def refused(self, fault: str) -> ValueError:
         """The error of a range with an end that no case can have; fault: of the case file."""
         ends = f"{self.in_unit(self.low)} to {self.in_unit(self.high)}"
-        return ValueError(f"--find {self.path} from {ends}: {fault.partition(': ')[2]}")
+        return ValueError(f"{self.option} {self.path} from {ends}: {fault.partition(': ')[2]}")
 
 
 class Searched(NamedTuple):
@@ -55,21 +56,22 @@ class Searched(NamedTuple):
     check: Callable[[Mapping[str, float]], Refined] | None  # refines it, where the case asks for a tolerance
 
 
-def variable(file: CaseFile, path: str, between: str | None) -> Variable:
+def variable(file: CaseFile, path: str, between: str | None, option: str = "--find", ranged: str = "--range") -> Variable:
     """Return a quantity of a case file and its range.
 
     between: LOW:HIGH or PATH=LOW:HIGH, by default a third to three times the value of the case. That of `pressure.value` is the
-    mean pressure of section 2.2, for a sine its largest one. Raises ValueError where it is no quantity, or has no range.
+    mean pressure of section 2.2, for a sine its largest one. option, ranged: that ask for it and its range, for messages.
+    Raises ValueError where it is no quantity, or has no range.
     """
     case, key = file.case, key_at(path)
     usual = "gas.pressure" if case.gas is not None else "pressure.value"
     if key is None or not isinstance(key.kind, Dimension) or not is_quantity(path):
-        raise ValueError(f"--find {path}: not a quantity of the drop; a path such as {usual} or fabric.E is expected")
+        raise ValueError(f"{option} {path}: not a quantity of the drop; a path such as {usual} or fabric.E is expected")
     if path.startswith("pressure.") and case.gas is not None:
-        raise ValueError(f"--find {path}: the case has gas, no pressure law; a path such as gas.pressure is expected")
+        raise ValueError(f"{option} {path}: the case has gas, no pressure law; a path such as gas.pressure is expected")
     shown = file.unit_of(path) or key.kind.unit
     if between is not None:
-        low, high = _between(between, key.kind)
+        low, high = _between(between, key.kind, ranged)
         shown = unit_of(between.split(":")[1]) or shown
     elif path == "pressure.value":
         middle = case.full_stop.largest if case.filling.law == "sine" else case.full_stop.mean
@@ -77,8 +79,8 @@ def variable(file: CaseFile, path: str, between: str | None) -> Variable:
     elif (value := file.quantity(path)) is not None:
         low, high = sorted((value / REACH, value * REACH))
     else:
-        raise ValueError(f"--find {path}: the case gives no value to start from; --range {path}=LOW:HIGH is expected")
-    return Variable(path, key.kind.unit, low, high, shown, unit_size(shown, key.kind))
+        raise ValueError(f"{option} {path}: the case gives no value to start from; {ranged} {path}=LOW:HIGH is expected")
+    return Variable(path, key.kind.unit, low, high, shown, unit_size(shown, key.kind), option)
 
 
 def ranges_of(paths: Sequence[str], texts: Sequence[str]) -> dict[str, str]:
@@ -104,16 +106,16 @@ def twice(names: Sequence[str]) -> str:
     return next((name for k, name in enumerate(names) if name in names[:k]), "")
 
 
-def _between(text: str, kind: Dimension) -> tuple[float, float]:
+def _between(text: str, kind: Dimension, option: str) -> tuple[float, float]:
     parts = text.rpartition("=")[2].split(":")
     try:
         if len(parts) != 2:
             raise ValueError(f"'{text}' is not LOW:HIGH")
         low, high = (parse_quantity(part, kind) for part in parts)
     except ValueError as error:
-        raise ValueError(f"--range {text}: {error}; {kind.phrase} on both sides of a colon is expected") from None
+        raise ValueError(f"{option} {text}: {error}; {kind.phrase} on both sides of a colon is expected") from None
     if not (low < high and math.isfinite(high - low)):
-        raise ValueError(f"--range {text}: not a range; LOW < HIGH is expected")
+        raise ValueError(f"{option} {text}: not a range; LOW < HIGH is expected")
     return low, high
 
 
