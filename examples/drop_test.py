@@ -2,8 +2,8 @@
 
     python examples/drop_test.py FOLDER
 
-writes FOLDER/drop-test.csv: an accelerometer on the cargo that at rest reads 1 g, and the gauge pressure in the bag, at 10 kHz, from
-50 ms before first contact on. docs/tutorial/test.md uses it.
+writes FOLDER/drop-test.csv: an accelerometer on the cargo that at rest reads 1 g, and the gauge pressure in the bag, at 10 kHz,
+from 50 ms before first contact on. docs/tutorial/test.md uses it.
 """
 
 import sys
