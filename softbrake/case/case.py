@@ -16,6 +16,7 @@ from softbrake.case.sections.contact import CONTACT, PARTS
 from softbrake.case.sections.fabric import FABRIC, Fabric
 from softbrake.case.sections.gas import GAS, Gas
 from softbrake.case.sections.inflator import INFLATOR, Inflator
+from softbrake.case.sections.limits import LIMITS, Limit
 from softbrake.case.sections.numerics import GRID, MODEL, TIME, Grid, ModelChoice, Time
 from softbrake.case.sections.output import OUTPUT, Output
 from softbrake.case.sections.permeability import PERMEABILITY, Permeability
@@ -52,6 +53,7 @@ class Case(Part):
     time: Time
     model: ModelChoice
     output: Output
+    limits: tuple[Limit, ...] = ()  # on the answer; nothing of the drop
     insists: bool = False  # whether an answer that misses the tolerance is a failure: where the case names one
 
     where, keys = TOP.name, {key.name: key for key in TOP.keys}  # of fields outside of sections
@@ -111,7 +113,7 @@ class Case(Part):
 
 _OF_GAS = (PRESSURE, GAS, AMBIENT, VENTS, PERMEABILITY, INFLATOR)
 # In the order of the fields of Case, each of its field's name. That of messages and documents has `contact` and `sweep` first.
-SECTIONS: tuple[Section, ...] = (SHELL, FABRIC, BELTS, CARGO, CONTACT, *_OF_GAS, GRID, TIME, MODEL, OUTPUT)
+SECTIONS: tuple[Section, ...] = (SHELL, FABRIC, BELTS, CARGO, CONTACT, *_OF_GAS, GRID, TIME, MODEL, OUTPUT, LIMITS)
 MAPPINGS = tuple(section for section in SECTIONS if section is not CONTACT)
 NONE_ALLOWED = tuple(section.name for section in SECTIONS if isinstance(section, MayBeNone))
 _BY_NAME = {section.name: section for section in SECTIONS}
@@ -124,7 +126,9 @@ def complete(draft: Draft) -> Case | None:
         draft.values(name)
     if draft.faults:
         return None
-    return Case(**draft.built(""), **{name: draft.built(name) for name in _BY_NAME})
+    case = Case(**draft.built(""), **{name: draft.built(name) for name in _BY_NAME})
+    LIMITS.check(draft, case)
+    return None if draft.faults else case
 
 
 def case_to_dict(case: Case) -> dict[str, Any]:
@@ -134,7 +138,7 @@ def case_to_dict(case: Case) -> dict[str, Any]:
     """
     left_out = {"insists"} if case.insists else {"insists", "tolerance"}
     left_out |= {"ambient"} if case.gas is None and case.ambient == Ambient() else set()
-    left_out |= {name for name in ("vents", "leakage", *NONE_ALLOWED) if not getattr(case, name)}
+    left_out |= {name for name in ("vents", "leakage", "limits", *NONE_ALLOWED) if not getattr(case, name)}
     values = {field.name: getattr(case, field.name) for field in fields(case) if field.name not in left_out}
     return {name: _BY_NAME[name].written(value) if name in _BY_NAME else value for name, value in values.items()}
 

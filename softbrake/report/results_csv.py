@@ -53,6 +53,8 @@ def _flat(summary: Mapping[str, Any]) -> Row:
             flat |= {f"{peak}_error": error for peak, error in (value or {}).items()}
         elif name == "vent_opening_times":
             flat |= {f"{name}_{number}": when for number, when in enumerate(value or ())}
+        elif name == "limit_peaks":
+            flat |= {peak: found for peak, found in value.items() if not isinstance(found, str)}
         elif isinstance(value, dict):
             for part, member in value.items():
                 flat[f"{name}_{part}"] = ", ".join(member) if isinstance(member, list) else member

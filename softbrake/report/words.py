@@ -2,6 +2,10 @@
 
 from __future__ import annotations
 
+import math
+from collections.abc import Sequence
+
+from softbrake.sim.limits import Verdict
 from softbrake.sim.summary import Ensemble, GasBalance, Inflation, PeakValue, Summary, Trial
 
 SHOWN = 1e-5  # of the initial energy: less than that is what steps of finite length leave
@@ -107,6 +111,28 @@ def disturbed_in_words(found: Ensemble) -> str:
 def margin_in_words(margin: float, digits: int = 0) -> str:
     """Strength over tension less 1, in per cent."""
     return f"above {MOST_MARGIN:+.0%}" if margin > MOST_MARGIN else f"{margin:+.{digits}%}"
+
+
+def verdict_rows(verdicts: Sequence[Verdict]) -> list[list[str]]:
+    """Limit, answer, margin with its share, and verdict of each limit."""
+    rows = []
+    for each in verdicts:
+        limit, margin, share = each.limit, each.margin, each.share
+        name = limit.name.replace("_", " ")
+        found, by, word = "none", "–", f"MISSED: {each.fault}"
+        if each.answer is not None and margin is not None:
+            found = "no tension" if math.isinf(each.answer) else limit.in_unit(each.answer)
+            if not math.isinf(margin):
+                by = limit.in_unit(margin, "+.3g") + ("" if share is None else f", {share:+.1%}")
+            word = ("holds" if each.holds else "MISSED") + (", within the error" if each.within_error else "")
+        rows.append([f"{name} {limit}", found, by, word])
+    return rows
+
+
+def missed_in_words(verdicts: Sequence[Verdict]) -> str:
+    """The limits that an answer misses, in one line; empty where it keeps all."""
+    missed = [f"{row[0]}: {row[1]}" for row, each in zip(verdict_rows(verdicts), verdicts, strict=True) if not each.holds]
+    return f"{len(missed)} of {len(verdicts)} limits missed: {'; '.join(missed)}" if missed else ""
 
 
 def when_in_words(peak: PeakValue, scale: float = 1.0, mean: Ensemble | None = None, phase: bool = True) -> str:

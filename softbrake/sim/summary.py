@@ -241,6 +241,11 @@ class Summary:
     filtered: FilteredPeaks | None = answer(
         "", "peaks behind a class of SAE J211; None where no result file was written, and in older ones", default=None
     )
+    limit_peaks: dict[str, float | str] = answer(
+        "",
+        "peaks behind the classes that limits name, SI, by name and class; a text says why there is none",
+        default_factory=dict,
+    )
     doubt: str | None = answer("", "why peaks and velocity are not to be trusted; None where they are", default=None)
     ensemble: Ensemble | None = answer("", "the drops behind velocity and peaks where those are means; else None", default=None)
     rest_time: float | None = answer("s", "when the cargo first stood still; None where it did not", default=None)

@@ -23,6 +23,7 @@ import h5py
 
 from softbrake import __version__
 from softbrake.case.case import Case, case_to_dict
+from softbrake.case.sections.limits import LIMITS
 from softbrake.core.columns import History
 from softbrake.core.jit import PACKAGE, hash_sources
 from softbrake.sim.files import StagedFile, hold, write_text
@@ -92,8 +93,9 @@ def source_hash() -> str:
 
 
 def run_id(case: Case) -> str:
-    """Hash of a resolved case and of the program that runs it."""
-    text = json.dumps([case_to_dict(case), __version__, source_hash()], sort_keys=True)
+    """Hash of a resolved case and of the program that runs it. Limits are held against answers, and are no part of it."""
+    written = {name: value for name, value in case_to_dict(case).items() if name != LIMITS.name}
+    text = json.dumps([written, __version__, source_hash()], sort_keys=True)
     return "r" + hashlib.sha256(text.encode()).hexdigest()[:16]  # the letter, as spreadsheets take 12e4 for a number
 
 
@@ -142,7 +144,7 @@ def run_sweep(
         known = read_journals(folder)
         with ExitStack() as stack:
             kept = stack.enter_context(_Histories(folder / shard.named(HISTORIES, ".h5"))) if histories else None
-            todo = {id: cases[id] for id in mine if id not in known or (kept is not None and id not in kept.ids)}
+            todo = {id: cases[id] for id in mine if _lacks(known.get(id), cases[id]) or (kept is not None and id not in kept.ids)}
             done = len(mine) - len(todo)
             answers = _on_cluster(client, todo, histories) if client else _here(todo, threads, histories)
             if progress is not None:
@@ -151,7 +153,7 @@ def run_sweep(
             for number, (id, answer) in enumerate(answers):
                 size = 0
                 with held_interrupt():  # nothing is half kept
-                    if id not in known:
+                    if _lacks(known.get(id), todo[id]):
                         stream.write(json.dumps(_record(id, answer)) + "\n")
                         stream.flush()
                     if kept is not None and answer.history is not None:
@@ -204,6 +206,14 @@ def _refuse_other(folder: Path, plan: Plan) -> None:
 
 def _record(id: str, answer: Dropped) -> Record:
     return {"id": id, "fault": answer.fault, "summary": None if answer.summary is None else asdict(answer.summary)}
+
+
+def _lacks(record: Record | None, case: Case) -> bool:
+    """Whether a journal lacks the answer of a case, or a peak behind a class that its limits name."""
+    if record is None:
+        return True
+    wanted = {limit.column for limit in case.limits if limit.cfc is not None}
+    return record["fault"] is None and not wanted <= record["summary"]["limit_peaks"].keys()
 
 
 def _here(todo: dict[str, Case], threads: int | None, histories: bool) -> Iterator[tuple[str, Dropped]]:
@@ -291,7 +301,10 @@ def read_plan(folder: Path) -> Plan:
 
 
 def read_journals(folder: Path) -> dict[str, Record]:
-    """What the journals of a folder have, by id; the torn last line of a run that was killed counts for nothing."""
+    """What the journals of a folder have, by id; the torn last line of a run that was killed counts for nothing.
+
+    Of several lines of a run, which differ in the peaks that limits asked for, the last one counts, with the peaks of all.
+    """
     known: dict[str, Record] = {}
     for path in sorted(folder.glob(f"{JOURNAL}*.jsonl")):
         for line in path.read_text(encoding="utf-8").splitlines():
@@ -300,7 +313,10 @@ def read_journals(folder: Path) -> dict[str, Record]:
             except ValueError:
                 continue
             if isinstance(record, dict) and {"id", "summary", "fault"} <= record.keys():
-                known.setdefault(record["id"], record)
+                before = known.get(record["id"], {"summary": None})["summary"]
+                if before and record["summary"]:
+                    record["summary"]["limit_peaks"] = before["limit_peaks"] | record["summary"]["limit_peaks"]
+                known[record["id"]] = record
     return known
 
 

@@ -8,6 +8,7 @@ from html import escape
 from pathlib import Path
 from typing import Any
 
+from softbrake.case.sections.limits import limits_of
 from softbrake.case.units import STANDARD_GRAVITY
 from softbrake.report.html.case import case_table
 from softbrake.report.html.frame import Card, answers, figures, page, table
@@ -25,8 +26,10 @@ from softbrake.report.words import (
     speed_in_words,
     thread_rows,
     vented_in_words,
+    verdict_rows,
     when_in_words,
 )
+from softbrake.sim.limits import judge
 from softbrake.sim.result_file import ResultError, read_case, read_history, read_inflation, read_snapshots, read_summary
 from softbrake.sim.summary import Sensitivities, Summary
 
@@ -44,6 +47,8 @@ def result_page(path: Path | str) -> str:
     parts = [f"<h1>{escape(case['title'])}</h1>", f"<p>{escape(ending)}</p>"]
     if summary is not None:
         parts.append(_answers(case, summary))
+        if limits := limits_of(case.get("limits", {})):
+            parts += ["<h2>Limits</h2>", table(("limit", "answer", "margin", ""), verdict_rows(judge(limits, summary)))]
     parts += ["<h2>Course of the drop</h2>", figures("charts", drop_charts(case, history, summary))]
     cuts = shapes(case, shots, MOMENTS)
     belts = ", dots are belts" if case["belts"] else ""
