@@ -82,4 +82,4 @@ def _error(limit: Limit, fields: Mapping[str, Any]) -> float | None:
     errors = fields["peak_errors"] or {}
     if limit.name not in errors:
         return None
-    return math.inf if errors[limit.name] is None else errors[limit.name]  # type: ignore[no-any-return]
+    return math.inf if errors[limit.name] is None else errors[limit.name]

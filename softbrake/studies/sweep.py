@@ -11,7 +11,7 @@ import hashlib
 import json
 import logging
 import re
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import ExitStack, contextmanager
 from dataclasses import asdict, dataclass
 from functools import cache
@@ -23,14 +23,17 @@ import h5py
 
 from softbrake import __version__
 from softbrake.case.case import Case, case_to_dict
-from softbrake.case.sections.limits import LIMITS
+from softbrake.case.sections.limits import LIMITS, limits_of
 from softbrake.core.columns import History
 from softbrake.core.jit import PACKAGE, hash_sources
 from softbrake.sim.files import StagedFile, hold, write_text
 from softbrake.sim.interrupt import held_interrupt
+from softbrake.sim.limits import judge
 from softbrake.sim.result_file import as_history, history_dtype
 from softbrake.studies.axes import Axis, Designs
 from softbrake.studies.batch import Dropped, run_batch, run_one
+from softbrake.studies.chance import Estimate, wilson
+from softbrake.studies.sampling import Sampling
 
 if TYPE_CHECKING:
     from distributed import Client
@@ -70,6 +73,7 @@ class Plan:
     axes: tuple[Axis, ...]
     runs: tuple[Run, ...]
     case: dict[str, Any]  # resolved, of the first run
+    sampling: Sampling | None = None  # of a sampled sweep
 
 
 class Shard(NamedTuple):
@@ -104,7 +108,7 @@ def make_plan(designs: Designs) -> tuple[Plan, dict[str, Case]]:
     cases = [(run_id(design.case), design) for design in designs.all]
     runs = tuple(Run(id, design.values) for id, design in cases)
     first = designs.all[0].case
-    return Plan(first.title, __version__, source_hash(), designs.axes, runs, case_to_dict(first)), {
+    return Plan(first.title, __version__, source_hash(), designs.axes, runs, case_to_dict(first), designs.sampling), {
         id: design.case for id, design in cases
     }
 
@@ -293,7 +297,11 @@ def read_plan(folder: Path) -> Plan:
     try:
         plan = json.loads((folder / PLAN).read_text(encoding="utf-8"))
         axes = tuple(Axis(*axis) for axis in plan.pop("axes"))
-        return Plan(axes=axes, runs=tuple(Run(id, tuple(values)) for id, values in plan.pop("runs")), **plan)
+        runs = tuple(Run(id, tuple(values)) for id, values in plan.pop("runs"))
+        if (kept := plan.pop("sampling", None)) is not None:
+            mode, samples, seed, inputs, *control = kept
+            kept = Sampling(mode, samples, seed, tuple(inputs), *control)
+        return Plan(axes=axes, runs=runs, sampling=kept, **plan)
     except OSError as error:
         raise SweepError(f"{folder / PLAN}: {error.strerror or error}; the folder of a sweep is expected") from None
     except (ValueError, KeyError, TypeError, AttributeError):
@@ -315,9 +323,17 @@ def read_journals(folder: Path) -> dict[str, Record]:
             if isinstance(record, dict) and {"id", "summary", "fault"} <= record.keys():
                 before = known.get(record["id"], {"summary": None})["summary"]
                 if before and record["summary"]:
-                    record["summary"]["limit_peaks"] = before["limit_peaks"] | record["summary"]["limit_peaks"]
+                    record["summary"]["limit_peaks"] = before.get("limit_peaks", {}) | record["summary"]["limit_peaks"]
                 known[record["id"]] = record
     return known
+
+
+def passing(plan: Plan, records: Mapping[str, Record]) -> Estimate:
+    """Chance that a run of a plan keeps all limits of its case; one without an answer does not."""
+    limits = limits_of(plan.case[LIMITS.name])
+    found = (records[run.id] for run in plan.runs)
+    held = sum(not one["fault"] and all(each.holds for each in judge(limits, one["summary"])) for one in found)
+    return wilson(held, len(plan.runs))
 
 
 def _mend(journal: Path) -> None:
