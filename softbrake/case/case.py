@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, fields, replace
+from functools import cache
 from typing import Any, Literal
 
 from softbrake.case.full_stop import FullStop, full_stop
@@ -131,18 +132,27 @@ def complete(draft: Draft) -> Case | None:
     return None if draft.faults else case
 
 
-def case_to_dict(case: Case) -> dict[str, Any]:
+def case_to_dict(case: Case, known: dict[tuple[str, int], Any] | None = None) -> dict[str, Any]:
     """The resolved case in SI numbers, in the sections of a case file: written as JSON, it is one that gives an equal Case.
 
-    What belongs to gas is left out where it says nothing.
+    What belongs to gas is left out where it says nothing. known: sections written before, by name and the identity of their
+    part, which the caller keeps alive; cases of one file share most of them.
     """
+    known = {} if known is None else known
+
+    def written(name: str, part: Any) -> Any:
+        if (name, id(part)) not in known:
+            known[name, id(part)] = _BY_NAME[name].written(part)
+        return known[name, id(part)]
+
     left_out = {"insists"} if case.insists else {"insists", "tolerance"}
     left_out |= {"ambient"} if case.gas is None and case.ambient == Ambient() else set()
     left_out |= {name for name in ("vents", "leakage", "limits", *NONE_ALLOWED) if not getattr(case, name)}
     values = {field.name: getattr(case, field.name) for field in fields(case) if field.name not in left_out}
-    return {name: _BY_NAME[name].written(value) if name in _BY_NAME else value for name, value in values.items()}
+    return {name: written(name, value) if name in _BY_NAME else value for name, value in values.items()}
 
 
+@cache
 def key_at(path: str) -> Key | None:
     """The key of a dotted path, as of an override, also of an item of a list; None if there is none."""
     names = path.split(".")

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import Field, dataclass, field, fields
+from dataclasses import Field, dataclass, field, fields, is_dataclass
 from typing import Any, Literal
 
 LARGEST_GAIN = 1e-3  # of the initial energy from nowhere, above which peaks are doubtful and a run counts as failed
@@ -271,6 +271,15 @@ class Summary:
     def cut_off(self) -> bool:
         """Whether `time.end` ended the run before the cargo reached the ground or stood still: it has no answer."""
         return self.outcome == "time_limit" and not self.stood_still
+
+
+def as_dict(part: Any) -> Any:
+    """A summary, or a part of one, as JSON has it: `dataclasses.asdict`, whose copies of numbers take four times as long."""
+    if isinstance(part, dict):
+        return {name: as_dict(value) for name, value in part.items()}
+    if isinstance(part, list):
+        return [as_dict(value) for value in part]
+    return {name: as_dict(value) for name, value in vars(part).items()} if is_dataclass(part) else part
 
 
 def _described(part: Field[Any]) -> str:

@@ -27,6 +27,7 @@ MOST_RUNS = 1_000_000
 FIRST_SAMPLES = 64  # of a sweep that goes on until it knows enough
 FAULTS_SHOWN = 20
 _RANGE_END = re.compile(r"\s*([-+]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][-+]?[0-9]+)?)\s*(.*?)\s*")
+_PLAIN = re.compile(r"-?[0-9.]+(e[-+]?[0-9]+)?")
 _NUMBER = re.compile(r"[0-9]+(e\+?[0-9]+)?")
 _RANGE = "START:STOP:COUNT or START:STOP:COUNT:log"
 FIDELITY = "model.fidelity"
@@ -200,7 +201,10 @@ def _axis(values: _Values) -> Axis:
 
 def _si(path: str, text: str) -> float | str:
     """Value of an axis in its unit, as a case that was checked has it."""
-    key, node = key_of(path), parse(text, lambda *_: Place((0, 0, 0), ""), lambda *_: None)
+    key = key_of(path)
+    if key is not None and isinstance(key.kind, Dimension) and _PLAIN.fullmatch(text):
+        return float(text)
+    node = parse(text, lambda *_: Place((0, 0, 0), ""), lambda *_: None)
     return text if key is None or node is None else key.convert(node.value)
 
 

@@ -13,7 +13,7 @@ import logging
 import re
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import ExitStack, contextmanager
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from functools import cache
 from itertools import islice
 from pathlib import Path
@@ -30,6 +30,7 @@ from softbrake.sim.files import StagedFile, hold, write_text
 from softbrake.sim.interrupt import held_interrupt
 from softbrake.sim.limits import judge
 from softbrake.sim.result_file import as_history, history_dtype
+from softbrake.sim.summary import as_dict
 from softbrake.studies.axes import Axis, Designs
 from softbrake.studies.batch import Dropped, run_batch, run_one
 from softbrake.studies.chance import Estimate, wilson
@@ -96,16 +97,20 @@ def source_hash() -> str:
     return hash_sources(PACKAGE)
 
 
-def run_id(case: Case) -> str:
-    """Hash of a resolved case and of the program that runs it. Limits are held against answers, and are no part of it."""
-    written = {name: value for name, value in case_to_dict(case).items() if name != LIMITS.name}
+def run_id(case: Case, known: dict[tuple[str, int], Any] | None = None) -> str:
+    """Hash of a resolved case and of the program that runs it. Limits are held against answers, and are no part of it.
+
+    known: as of `case_to_dict`.
+    """
+    written = {name: value for name, value in case_to_dict(case, known).items() if name != LIMITS.name}
     text = json.dumps([written, __version__, source_hash()], sort_keys=True)
     return "r" + hashlib.sha256(text.encode()).hexdigest()[:16]  # the letter, as spreadsheets take 12e4 for a number
 
 
 def make_plan(designs: Designs) -> tuple[Plan, dict[str, Case]]:
     """Return the plan of the designs, and the cases by the ids of their runs; two equal cases are one run."""
-    cases = [(run_id(design.case), design) for design in designs.all]
+    known: dict[tuple[str, int], Any] = {}
+    cases = [(run_id(design.case, known), design) for design in designs.all]
     runs = tuple(Run(id, design.values) for id, design in cases)
     first = designs.all[0].case
     return Plan(first.title, __version__, source_hash(), designs.axes, runs, case_to_dict(first), designs.sampling), {
@@ -209,7 +214,7 @@ def _refuse_other(folder: Path, plan: Plan) -> None:
 
 
 def _record(id: str, answer: Dropped) -> Record:
-    return {"id": id, "fault": answer.fault, "summary": None if answer.summary is None else asdict(answer.summary)}
+    return {"id": id, "fault": answer.fault, "summary": None if answer.summary is None else as_dict(answer.summary)}
 
 
 def _lacks(record: Record | None, case: Case) -> bool:
@@ -289,7 +294,7 @@ def _task(cases: Sequence[Case], histories: bool) -> tuple[str, list[Dropped]]:
 
 def write_plan(folder: Path, plan: Plan) -> None:
     """Write plan.json, all of it or nothing."""
-    write_text(folder / PLAN, json.dumps(asdict(plan)))
+    write_text(folder / PLAN, json.dumps(vars(plan)))
 
 
 def read_plan(folder: Path) -> Plan:
