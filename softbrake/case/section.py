@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, fields
+from functools import cache
 from typing import Any, ClassVar
 
 from softbrake.case.checker import Checker, Values
@@ -131,18 +132,24 @@ class Part:
 
     def __post_init__(self) -> None:
         """Raise ValueError, with the path of the field and what is allowed."""
-        for field in fields(self):  # type: ignore[arg-type]
-            value, key = getattr(self, field.name), self.key(field.name)
-            if key is None or (value is None and "None" in str(field.type)):
+        for name, may_be_none in _fields_of(type(self)):
+            value, key = getattr(self, name), self.key(name)
+            if key is None or (value is None and may_be_none):
                 continue
             try:
                 key.check(value)
             except ValueError as error:
-                raise ValueError(f"{join(self.where, field.name)}: {error}") from None
+                raise ValueError(f"{join(self.where, name)}: {error}") from None
 
     def key(self, field: str) -> Key | None:
         """The key that bounds a field; None where nothing does."""
         return self.keys.get(field)
+
+
+@cache
+def _fields_of(kind: Any) -> tuple[tuple[str, bool], ...]:
+    """Names of the fields of a part, and whether each may be None."""
+    return tuple((field.name, "None" in str(field.type)) for field in fields(kind))
 
 
 @dataclass(frozen=True, eq=False)

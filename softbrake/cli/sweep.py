@@ -157,7 +157,8 @@ def _show(plan: Plan, records: dict[str, Any], folder: Path, json: bool) -> None
     from softbrake.report.as_json import line_json
     from softbrake.report.console.chance import print_chance
     from softbrake.report.console.sweep import print_table
-    from softbrake.report.plots import chance as chance_plots
+    from softbrake.report.plots.chance import PICTURE as CHANCE_PICTURE
+    from softbrake.report.plots.chance import draw_chance
     from softbrake.report.plots.style import PlotError
     from softbrake.report.plots.sweep import PICTURE, draw_sweep
     from softbrake.report.results_csv import chance_in, doubtful, failures, rows, write_results
@@ -177,14 +178,14 @@ def _show(plan: Plan, records: dict[str, Any], folder: Path, json: bool) -> None
             typer.echo(line_json({"chance": asdict(chance)}))
         else:
             print_chance(plan, chance)
-    pictures = [PICTURE] if chance is None else [PICTURE, chance_plots.PICTURE]
-    written = f"{RESULTS} and {' and '.join(pictures)}"
+    picture = folder / (PICTURE if chance is None else CHANCE_PICTURE)
+    written = f"{RESULTS} and {picture.name}"
     try:
-        with writing(folder / PICTURE):
-            draw_sweep(plan, table, folder / PICTURE)
-        if chance is not None:
-            with writing(folder / chance_plots.PICTURE):
-                chance_plots.draw_chance(chance, plan.title, plan.axes, plan.case, table, folder / chance_plots.PICTURE)
+        with writing(picture):
+            if chance is None:
+                draw_sweep(plan, table, picture)
+            else:
+                draw_chance(chance, plan.title, plan.axes, plan.case, table, picture)
     except PlotError as error:
         typer.echo(str(error), err=True)
         written = RESULTS

@@ -488,7 +488,12 @@ class Simulation:
 
     def _above_ground(self, row: float) -> float:
         """Return the length of the unloaded generatrix (m) below a row, or below the middle of an edge."""
-        return float(np.interp(row, np.arange(self.model.n1 + 1), np.append(0.0, np.cumsum(self.model.shape.h1[:-1]))))
+        return float(np.interp(row, *self._along))
+
+    @cached_property
+    def _along(self) -> tuple[Floats, Floats]:
+        """Rows, and the length of the unloaded generatrix (m) below each."""
+        return np.arange(self.model.n1 + 1.0), np.append(0.0, np.cumsum(self.model.shape.h1[:-1]))
 
     def _peak(self, which: Peak) -> PeakValue:
         """Largest value of the run and that of the other phase."""
