@@ -132,7 +132,7 @@ class Part:
 
     def __post_init__(self) -> None:
         """Raise ValueError, with the path of the field and what is allowed."""
-        for name, may_be_none in _fields_of(type(self)):
+        for name, may_be_none in _fields_of(type(self)):  # type: ignore[arg-type]  # mypy takes no class for hashable
             value, key = getattr(self, name), self.key(name)
             if key is None or (value is None and may_be_none):
                 continue

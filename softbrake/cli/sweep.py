@@ -106,6 +106,7 @@ def sweep(
                     scheduler=scheduler,
                     histories=histories,
                     force=force,
+                    growing=wanted is not None,
                     progress=progress,
                     told=lambda text: typer.echo(text, err=True),
                 )

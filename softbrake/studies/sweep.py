@@ -127,6 +127,7 @@ def run_sweep(
     scheduler: str | None = None,
     histories: bool = False,
     force: bool = False,
+    growing: bool = False,
     progress: Callable[[int, int, bool], None] | None = None,
     told: Callable[[str], None] = lambda _: None,
 ) -> Plan:
@@ -134,8 +135,9 @@ def run_sweep(
 
     threads: of this machine, default one a core; scheduler: address of a dask scheduler, whose workers run instead of them.
     histories: keep those as well, in histories.h5, a dataset a run named by its id, units in the file's attributes. force: also
-    into a folder whose results.csv would lose answers of another sweep. progress: told the number of runs done, of all, and
-    whether the last was computed now. told: told in words how large the histories get.
+    into a folder whose results.csv would lose answers of another sweep. growing: also into one with more of the same samples.
+    progress: told the number of runs done, of all, and whether the last was computed now. told: told in words how large the
+    histories get.
     Raises SweepError; in the middle of a sweep its kinds NotKept, where the disk is full, and SchedulerLost. Whatever breaks it
     off, the journal has what was done.
     """
@@ -147,7 +149,7 @@ def run_sweep(
     journal = folder / shard.named(JOURNAL, ".jsonl")
     with _writing(folder), _held(folder, journal):
         if not force:
-            _refuse_other(folder, plan)
+            _refuse_other(folder, plan, growing)
         write_plan(folder, plan)
         _mend(journal)
         known = read_journals(folder)
@@ -198,11 +200,13 @@ def _held(folder: Path, journal: Path) -> Iterator[None]:
         release()
 
 
-def _refuse_other(folder: Path, plan: Plan) -> None:
+def _refuse_other(folder: Path, plan: Plan, growing: bool) -> None:
     """Raise SweepError where the folder has answers of runs that the plan has not: the results would lose them."""
     if not (folder / PLAN).exists():
         return
     other, known = read_plan(folder), read_journals(folder)
+    if growing and other.runs[: len(plan.runs)] == plan.runs:
+        return  # the samples of the next plans
     lost = {run.id for run in other.runs if run.id in known} - {run.id for run in plan.runs}
     if lost:
         version = "" if other.source_hash == plan.source_hash else " by another version of softbrake"
