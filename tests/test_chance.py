@@ -135,7 +135,7 @@ def test_a_deviation_in_degrees_is_a_difference() -> None:
         (
             ["cargo.mass=normal(5 kg, 2 kg)"],
             {},
-            "cargo.mass: 'normal(5 kg, 2 kg)' reaches -7.46 kg, once in 2e+09 samples; a mass > 0",
+            "cargo.mass: 'normal(5 kg, 2 kg)' reaches -7.242 kg, once in 2e+09 samples; a mass > 0",
         ),
         (["cargo.mass=uniform(-1 kg, 2 kg)"], {}, "reaches -1 kg; a mass > 0"),
         (["cargo.mass=gauss(5 kg, 2 kg)"], {}, "unknown distribution 'gauss'; normal, lognormal, uniform, triangular are known"),
@@ -147,7 +147,11 @@ def test_a_deviation_in_degrees_is_a_difference() -> None:
         (["cargo.mass=triangular(1, 4, 3)"], {}, "does not rise; triangular(LOW, MODE, HIGH)"),
         (["grid.hoop=normal(120, 3)"], {}, "a distribution of what is no quantity"),
         (["cargo.masss=normal(5, 1)"], {}, "cargo.masss: a distribution of what is no quantity"),
-        (["cargo.mass=normal(500, 3)"], {"mode": "grid"}, "a distribution in mode grid; mode: random, lhs, sobol, saltelli"),
+        (
+            ["cargo.mass=normal(500, 3)"],
+            {"mode": "grid", "samples": None},
+            "a distribution in mode grid; mode: random, lhs, sobol, saltelli",
+        ),
         (["cargo.mass=1:2"], {"mode": "sobol", "samples": None}, "sweep.samples: missing"),
         (["cargo.mass=1:2:3"], {"mode": "sobol"}, "a range with a count in mode sobol"),
         (["cargo.mass=1:2"], {"mode": "saltelli", "samples": 400_000}, "1200000 runs; up to 1000000 are expected"),
@@ -176,7 +180,9 @@ def test_sobol_points_without_scipy_are_refused_in_a_line(piston: CaseFile, monk
 def test_a_section_and_options_ask_for_the_same_runs(tmp_path: Path) -> None:
     lines = [f"    {axis.replace('=', ': ', 1)}" for axis in VARIED]
     path = tmp_path / "case.yaml"
-    path.write_text(json.dumps(PISTON)[:-1] + ', "sweep": {"mode": "sobol", "samples": 8, "seed": 3, "vary": {}}}')
+    path.write_text(
+        json.dumps({**PISTON, "title": "block"})[:-1] + ', "sweep": {"mode": "sobol", "samples": 8, "seed": 3, "vary": {}}}'
+    )
     block = tmp_path / "block.yaml"
     sections = [f"{name}: {json.dumps(part)}" for name, part in PISTON.items()]
     block.write_text("\n".join([*sections, "sweep:", "  mode: sobol", "  samples: 8", "  seed: 3", "  vary:", *lines]) + "\n")
@@ -559,7 +565,7 @@ def test_a_varied_case_is_the_case_loaded_anew(piston: CaseFile) -> None:
         for override in overrides:
             step = step.set([override])
         assert step.case == load_case(shipped / name, overrides)
-    for override in ("shell.diameter=0.1 m", "cargo.diameter=5 m", "gravity=-1", "fabrik.E=3", "grid.hoop=3", "contact=belts"):
+    for override in ("cargo.diameter=5 m", "gravity=-1", "fabrik.E=3", "grid.hoop=3", "pressure.law=sine"):
         with pytest.raises(CaseError) as varied:
             piston.set([override])
         with pytest.raises(CaseError) as anew:
