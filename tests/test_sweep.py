@@ -114,7 +114,7 @@ def test_latin_hypercube_has_one_sample_in_each_part_of_each_axis() -> None:
         (["fabric.E=1:2:3"], {"mode": "lhs", "samples": 3}, "a range with a count in mode lhs"),
         (["fabric.E=1:2"], {"mode": "lhs"}, "--mode lhs: sweep.samples: missing"),
         (["fabric.E=1,2"], {"samples": 3}, "sweep.samples: given in mode grid"),
-        (["fabric.E=1,2"], {"mode": "sobol"}, "--mode sobol: unknown value 'sobol'; grid or zip or lhs"),
+        (["fabric.E=1,2"], {"mode": "sobl"}, "--mode sobl: unknown value 'sobl'; grid or zip or random or lhs"),
         (["fabric.E=1,2", "cargo.mass=1,2,3"], {"mode": "zip"}, "numbers of values differ: fabric.E 2, cargo.mass 3"),
         (["fabric.E=1:2:1000", "cargo.mass=1:2:1001"], {}, "1001000 runs; up to 1000000"),
         (["belts.width=1mm,400mm"], {}, "belts.width: the outer belts come closer than half a grid cell"),

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, fields, replace
+from functools import cache
 from typing import Any, Literal
 
 from softbrake.case.full_stop import FullStop, full_stop
@@ -16,6 +17,7 @@ from softbrake.case.sections.contact import CONTACT, PARTS
 from softbrake.case.sections.fabric import FABRIC, Fabric
 from softbrake.case.sections.gas import GAS, Gas
 from softbrake.case.sections.inflator import INFLATOR, Inflator
+from softbrake.case.sections.limits import LIMITS, Limit
 from softbrake.case.sections.numerics import GRID, MODEL, TIME, Grid, ModelChoice, Time
 from softbrake.case.sections.output import OUTPUT, Output
 from softbrake.case.sections.permeability import PERMEABILITY, Permeability
@@ -52,6 +54,7 @@ class Case(Part):
     time: Time
     model: ModelChoice
     output: Output
+    limits: tuple[Limit, ...] = ()  # on the answer; nothing of the drop
     insists: bool = False  # whether an answer that misses the tolerance is a failure: where the case names one
 
     where, keys = TOP.name, {key.name: key for key in TOP.keys}  # of fields outside of sections
@@ -111,7 +114,7 @@ class Case(Part):
 
 _OF_GAS = (PRESSURE, GAS, AMBIENT, VENTS, PERMEABILITY, INFLATOR)
 # In the order of the fields of Case, each of its field's name. That of messages and documents has `contact` and `sweep` first.
-SECTIONS: tuple[Section, ...] = (SHELL, FABRIC, BELTS, CARGO, CONTACT, *_OF_GAS, GRID, TIME, MODEL, OUTPUT)
+SECTIONS: tuple[Section, ...] = (SHELL, FABRIC, BELTS, CARGO, CONTACT, *_OF_GAS, GRID, TIME, MODEL, OUTPUT, LIMITS)
 MAPPINGS = tuple(section for section in SECTIONS if section is not CONTACT)
 NONE_ALLOWED = tuple(section.name for section in SECTIONS if isinstance(section, MayBeNone))
 _BY_NAME = {section.name: section for section in SECTIONS}
@@ -124,21 +127,32 @@ def complete(draft: Draft) -> Case | None:
         draft.values(name)
     if draft.faults:
         return None
-    return Case(**draft.built(""), **{name: draft.built(name) for name in _BY_NAME})
+    case = Case(**draft.built(""), **{name: draft.built(name) for name in _BY_NAME})
+    LIMITS.check(draft, case)
+    return None if draft.faults else case
 
 
-def case_to_dict(case: Case) -> dict[str, Any]:
+def case_to_dict(case: Case, known: dict[tuple[str, int], Any] | None = None) -> dict[str, Any]:
     """The resolved case in SI numbers, in the sections of a case file: written as JSON, it is one that gives an equal Case.
 
-    What belongs to gas is left out where it says nothing.
+    What belongs to gas is left out where it says nothing. known: sections written before, by name and the identity of their
+    part, which the caller keeps alive; cases of one file share most of them.
     """
+    known = {} if known is None else known
+
+    def written(name: str, part: Any) -> Any:
+        if (name, id(part)) not in known:
+            known[name, id(part)] = _BY_NAME[name].written(part)
+        return known[name, id(part)]
+
     left_out = {"insists"} if case.insists else {"insists", "tolerance"}
     left_out |= {"ambient"} if case.gas is None and case.ambient == Ambient() else set()
-    left_out |= {name for name in ("vents", "leakage", *NONE_ALLOWED) if not getattr(case, name)}
+    left_out |= {name for name in ("vents", "leakage", "limits", *NONE_ALLOWED) if not getattr(case, name)}
     values = {field.name: getattr(case, field.name) for field in fields(case) if field.name not in left_out}
-    return {name: _BY_NAME[name].written(value) if name in _BY_NAME else value for name, value in values.items()}
+    return {name: written(name, value) if name in _BY_NAME else value for name, value in values.items()}
 
 
+@cache
 def key_at(path: str) -> Key | None:
     """The key of a dotted path, as of an override, also of an item of a list; None if there is none."""
     names = path.split(".")

@@ -43,6 +43,7 @@ class CaseFile:
     tree: Node  # with them
     overrides: int  # how many
     case: Case  # what it means
+    draft: Draft  # that it was checked in
     text: str = ""  # of the file, as it was read; empty of a mapping
 
     def set(self, overrides: Sequence[str | Override]) -> CaseFile:
@@ -50,7 +51,8 @@ class CaseFile:
 
         Raises CaseError with all faults of the overrides, and of the file with them.
         """
-        return replace(_checked(self.name, self.written, self.tree, self.overrides, overrides, Checker()), text=self.text)
+        found = _checked(self.name, self.written, self.tree, self.overrides, overrides, Checker(), self.draft)
+        return replace(found, text=self.text)
 
     def vary(self, values: Mapping[str, Number]) -> Case:
         """Return the case with other numbers, in SI units by dotted path. Raises CaseError, as with `--set PATH=VALUE`."""
@@ -155,17 +157,29 @@ def _several(overrides: Sequence[str | Override]) -> Sequence[str | Override]:
     return [overrides] if isinstance(overrides, str) else overrides
 
 
-def _checked(name: str, written: Node, tree: Node, count: int, overrides: Sequence[str | Override], told: Checker) -> CaseFile:
-    """Write overrides into a tree that has `count` of them, and check it. told: has the faults found so far."""
+def _checked(
+    name: str,
+    written: Node,
+    tree: Node,
+    count: int,
+    overrides: Sequence[str | Override],
+    told: Checker,
+    sound: Draft | None = None,
+) -> CaseFile:
+    """Write overrides into a tree that has `count` of them, and check it.
+
+    told: has the faults found so far. sound: the draft of the tree without the overrides, which spares what they do not touch.
+    """
     for index, override in enumerate(overrides, count):
         change = override if isinstance(override, Override) else Override(override, Place((1, index, 0), f"--set {override}"))
         tree = overridden(tree, change, ALL, told.fault)
-    draft = Draft(tree, Path(name).stem, ALL)
+    draft = Draft(tree, Path(name).stem, ALL, sound)
     draft.faults += told.faults
     case = complete(draft)
     if case is None:
         raise CaseError(draft.messages())
-    return CaseFile(name, written, tree, count + len(overrides), case)
+    draft.settle()
+    return CaseFile(name, written, tree, count + len(overrides), case, draft)
 
 
 def _read_text(path: str | Path, name: str) -> str:

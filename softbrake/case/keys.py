@@ -84,7 +84,6 @@ class Key:
 
     def check(self, value: Any) -> None:
         """Refuse an SI value that no file can give; ValueError says in words what is wrong with it, and what is allowed."""
-        single = replace(self, many=False, auto="")
         items = value if self.many and isinstance(value, tuple) else (value,)
         for item in items:
             if isinstance(self.kind, tuple):
@@ -95,7 +94,8 @@ class Key:
                 real = isinstance(item, Integral if self.kind is int else Real) and not isinstance(item, bool)
                 sound = real and math.isfinite(item) and self._within(item)
             if not sound:
-                raise ValueError(f"{item!r} is not allowed; {single.expected} is expected")
+                expected = replace(self, many=False, auto="").expected
+                raise ValueError(f"{item!r} is not allowed; {expected} is expected")
 
     def _within(self, number: float) -> bool:
         return (

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
-from dataclasses import asdict, dataclass, fields
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass, fields
+from functools import cache
 from typing import Any, ClassVar
 
 from softbrake.case.checker import Checker, Values
@@ -11,28 +12,100 @@ from softbrake.case.keys import Alternatives, Key, mapping_schema
 from softbrake.case.yaml_nodes import Node, Place, join
 
 
-class Draft(Checker):
-    """A case file on its way to a case. A section reads, and later builds, those it depends on through it, each once."""
+class _Members(Mapping[str, Node]):
+    """The members of a file, which notes what is looked up."""
 
-    def __init__(self, root: Node, stem: str, sections: Mapping[str, Section]) -> None:
-        """root: a mapping; stem: name of the file without ending; sections: by name, that of the keys outside of all is ""."""
+    def __init__(self, members: dict[str, Node], note: Callable[[str], None]) -> None:
+        self._members, self._note = members, note
+
+    def __getitem__(self, name: str) -> Node:
+        self._note(name)
+        return self._members[name]
+
+    def get(self, name: str, default: Any = None) -> Any:
+        self._note(name)
+        return self._members.get(name, default)
+
+    def __contains__(self, name: object) -> bool:
+        self._note(str(name))
+        return name in self._members
+
+    def __iter__(self) -> Iterator[str]:
+        self._note(_ALL)
+        return iter(self._members)
+
+    def __len__(self) -> int:
+        self._note(_ALL)
+        return len(self._members)
+
+
+_ALL = ""  # noted of a section that looks at the whole file
+
+
+class Draft(Checker):
+    """A case file on its way to a case. A section reads, and later builds, those it depends on through it, each once.
+
+    What a section looks up is noted: of a draft that differs from a sound one in other members, the section is taken from that.
+    """
+
+    def __init__(self, root: Node, stem: str, sections: Mapping[str, Section], sound: Draft | None = None) -> None:
+        """root: a mapping; stem: name of the file without ending; sections: by name, that of the keys outside of all is "".
+
+        sound: a draft without faults, of the same stem and sections.
+        """
         super().__init__()
         assert isinstance(root.value, dict)
-        self.root, self.members, self.stem, self.sections = root, root.value, stem, sections
-        self._values: dict[str, Any] = {}
-        self._built: dict[str, Any] = {}
+        self._root, self.place, self.stem, self.sections = root, root.place, stem, sections
+        self._noted: list[set[str]] = []
+        self.members = _Members(root.value, self._note)
+        self._found: dict[tuple[str, bool], tuple[Any, set[str]]] = {}  # what was read or built, and of what
+        self._sound = sound
+
+    @property
+    def root(self) -> Node:
+        """The whole file."""
+        self._note(_ALL)
+        return self._root
 
     def values(self, section: str) -> Any:
         """SI values of a section, as its `read` gives them: without those that are faulty or missing."""
-        if section not in self._values:
-            self._values[section] = self.sections[section].read(self)
-        return self._values[section]
+        return self._once(section, False)
 
     def built(self, section: str) -> Any:
         """The part of the case that a section becomes; for a draft without faults."""
-        if section not in self._built:
-            self._built[section] = self.sections[section].build(self)
-        return self._built[section]
+        return self._once(section, True)
+
+    def _once(self, section: str, built: bool) -> Any:
+        key = (section, built)
+        if key not in self._found:
+            same = None if self._sound is None else self._sound._found.get(key)
+            if same is not None and all(map(self._is_sound, same[1])):
+                self._found[key] = same
+            else:
+                self._noted.append(set())
+                one = self.sections[section]
+                value = one.build(self) if built else one.read(self)
+                self._found[key] = value, self._noted.pop()
+        value, noted = self._found[key]
+        if self._noted:
+            self._noted[-1] |= noted
+        return value
+
+    def _note(self, name: str) -> None:
+        if self._noted:
+            self._noted[-1].add(name)
+
+    def _is_sound(self, name: str) -> bool:
+        """Whether a member is that of the sound draft."""
+        assert self._sound is not None
+        own, theirs = self._root, self._sound._root
+        if name == _ALL:
+            return own is theirs
+        return own.value.get(name) is theirs.value.get(name)  # type: ignore[union-attr]
+
+    def settle(self) -> None:
+        """Forget the draft that this one began with."""
+        self._sound = None
 
     def last_given(self, *paths: str) -> tuple[Place, str]:
         """Place and path of the last given of some keys of any section; of the file where none is given."""
@@ -59,18 +132,24 @@ class Part:
 
     def __post_init__(self) -> None:
         """Raise ValueError, with the path of the field and what is allowed."""
-        for field in fields(self):  # type: ignore[arg-type]
-            value, key = getattr(self, field.name), self.key(field.name)
-            if key is None or (value is None and "None" in str(field.type)):
+        for name, may_be_none in _fields_of(type(self)):  # type: ignore[arg-type]  # mypy takes no class for hashable
+            value, key = getattr(self, name), self.key(name)
+            if key is None or (value is None and may_be_none):
                 continue
             try:
                 key.check(value)
             except ValueError as error:
-                raise ValueError(f"{join(self.where, field.name)}: {error}") from None
+                raise ValueError(f"{join(self.where, name)}: {error}") from None
 
     def key(self, field: str) -> Key | None:
         """The key that bounds a field; None where nothing does."""
         return self.keys.get(field)
+
+
+@cache
+def _fields_of(kind: Any) -> tuple[tuple[str, bool], ...]:
+    """Names of the fields of a part, and whether each may be None."""
+    return tuple((field.name, "None" in str(field.type)) for field in fields(kind))
 
 
 @dataclass(frozen=True, eq=False)
@@ -103,18 +182,17 @@ class Section:
 
     def written(self, part: Any) -> Any:
         """Return the part of a case as a case file in SI numbers gives it."""
-        return {name: value for name, value in asdict(part).items() if value is not None}
+        return {name: value for name, value in vars(part).items() if value is not None}
 
     def node(self, draft: Draft) -> Node | None:
         """The section in the file; an optional one left out is an empty one, another is a fault."""
-        node = draft.members.get(self.name)
-        if node is not None:
-            return node
+        if self.name in draft.members:
+            return draft.members[self.name]
         if self.optional:
-            return Node({}, draft.root.place, draft.root.place)
+            return Node({}, draft.place, draft.place)
         if self.name not in draft.meant:
             example = ", ".join(f"{key.name}: {key.example}" for key in self.needed())
-            draft.fault(draft.root.place, self.name, "missing", f"a section such as '{self.name}: {{{example}}}' is expected")
+            draft.fault(draft.place, self.name, "missing", f"a section such as '{self.name}: {{{example}}}' is expected")
         return None
 
     def needed(self) -> list[Key]:

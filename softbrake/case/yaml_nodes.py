@@ -89,8 +89,10 @@ def parse(text: str, place_of: PlaceOf, report: Report, path: str = "") -> Node 
 
     Duplicate keys, anchors, aliases, merge keys and tags are reported and passed over. Raises YamlError.
     """
+    if _FLOAT.fullmatch(text) or _INTEGER.fullmatch(text):  # of a sweep, thousands of times
+        return Node(_plain(text), place_of(0, 0), place_of(0, 0))
     try:
-        events = yaml.parse(text, Loader=_LOADER)
+        events = yaml.parse(_with_bounds(text) if ">=" in text else text, Loader=_LOADER)
         root = None
         for event in events:
             if isinstance(event, yaml.DocumentStartEvent):
@@ -115,6 +117,23 @@ def parse(text: str, place_of: PlaceOf, report: Report, path: str = "") -> Node 
         raise YamlError(place, "a character that is none", "text in UTF-8 is expected") from None
     except RecursionError:
         raise YamlError(place_of(0, 0), "nested too deeply") from None
+
+
+def _with_bounds(text: str) -> str:
+    """The text with ≥ instead of >= in front of values, where YAML has folded texts or nothing: columns stay as they are."""
+    while True:
+        try:
+            for _ in yaml.scan(text, Loader=_LOADER):
+                pass
+            return text
+        except yaml.MarkedYAMLError as error:
+            at = -1 if error.problem_mark is None else error.problem_mark.index
+            start = next((k for k in (at - 1, at) if k >= 0 and text.startswith(">=", k)), None)
+            if start is None:
+                return text
+            text = f"{text[:start]}≥ {text[start + 2 :]}"
+        except (yaml.reader.ReaderError, UnicodeEncodeError, RecursionError):
+            return text
 
 
 def end_of(text: str) -> tuple[int, int]:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Literal
 
@@ -45,12 +45,19 @@ def changed(file: CaseFile, overrides: Sequence[str]) -> Case:
 
 
 def designs(file: CaseFile, vary: list[str] | None = None, **settings: str | int | None) -> Designs:
-    """The cases of the sweep of a file."""
+    """The cases of the sweep of a file; of one that goes on until it knows enough the first ones."""
+    return next(growing(file, vary, **settings))[0]
+
+
+def growing(
+    file: CaseFile, vary: list[str] | None = None, **settings: str | int | None
+) -> Iterator[tuple[Designs, float | None]]:
+    """The cases of the sweep of a file, or of ever more samples, each with the accuracy that they are to reach."""
     from softbrake.case.case_file import CaseError
-    from softbrake.studies.axes import designs_of
+    from softbrake.studies import axes
 
     try:
-        return designs_of(file, vary or (), settings)
+        yield from axes.growing(file, vary or (), settings)
     except CaseError as error:
         fail(error)
 

@@ -15,10 +15,11 @@ from softbrake.cli.options import Dimensionless, Json, ResultPath
 
 def info(result: ResultPath, json: Json = False, dimensionless: Dimensionless = False) -> None:
     """Print the summary of a result file again."""
+    from softbrake.case.sections.limits import limits_of
     from softbrake.report import as_json
     from softbrake.report.console.inflation import print_inflation
     from softbrake.report.console.summary import print_unfinished
-    from softbrake.sim.result_file import ResultError, read_history, read_inflation, read_summary, read_tension_scale
+    from softbrake.sim.result_file import ResultError, read_case, read_history, read_inflation, read_summary, read_tension_scale
 
     try:
         inflation = read_inflation(result)
@@ -31,7 +32,7 @@ def info(result: ResultPath, json: Json = False, dimensionless: Dimensionless = 
         typer.echo(as_json.inflation_json(inflation)) if json else print_inflation(inflation)
     elif summary is not None:
         check_scale(scale)
-        show(summary, json, scale)
+        show(summary, json, scale, limits_of(read_case(result).get("limits", {})))
     else:
         row = {name: float(history[name][-1]) for name in history.dtype.names or () if len(history)}
         if json:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import asdict
+from itertools import chain
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -18,14 +20,23 @@ if TYPE_CHECKING:
 Vary = Annotated[
     list[str] | None,
     typer.Option(
-        "--vary", metavar="PATH=VALUES", help="As fabric.E=15kN/m,20kN/m or fabric.E=10kN/m:30kN/m:200[:log]. Repeatable."
+        "--vary",
+        metavar="PATH=VALUES",
+        help="As fabric.E=15kN/m,20kN/m, fabric.E=10kN/m:30kN/m:200[:log] or fabric.E=normal(20kN/m,1kN/m). Repeatable.",
     ),
 ]
 Mode = Annotated[
-    str | None, typer.Option("--mode", metavar="MODE", help="grid, zip or lhs: all combinations, side by side, sampled.")
+    str | None, typer.Option("--mode", metavar="MODE", help="grid, zip, random, lhs, sobol or saltelli; docs/how-to/chance.md.")
 ]
-Samples = Annotated[int | None, typer.Option("--samples", metavar="N", help="Runs of mode lhs.")]
-Seed = Annotated[int | None, typer.Option("--seed", metavar="N", help="Of mode lhs.")]
+Samples = Annotated[int | None, typer.Option("--samples", metavar="N", help="Of a sampled mode.")]
+Seed = Annotated[int | None, typer.Option("--seed", metavar="N", help="Of a sampled mode.")]
+Until = Annotated[
+    str | None, typer.Option("--until", metavar="RATIO", help="Double samples until the chance that all limits hold is ± this.")
+]
+Control = Annotated[
+    str | None, typer.Option("--control", metavar="FIDELITY", help="Cheaper model whose drops control those of the case's own.")
+]
+ControlSamples = Annotated[int | None, typer.Option("--control-samples", metavar="N", help="More samples of the control.")]
 Folder = Annotated[Path | None, typer.Option("--output", "-o", metavar="FOLDER", help="Default: CASE's name with -sweep, here.")]
 Threads = Annotated[int | None, typer.Option("--threads", metavar="N", min=1, help="Default: one a core.")]
 Scheduler = Annotated[
@@ -41,6 +52,9 @@ def sweep(
     mode: Mode = None,
     samples: Samples = None,
     seed: Seed = None,
+    until: Until = None,
+    control: Control = None,
+    control_samples: ControlSamples = None,
     overrides: Overrides = None,
     output: Folder = None,
     threads: Threads = None,
@@ -53,38 +67,57 @@ def sweep(
 ) -> None:
     """Run a case with many values; the same command again goes on where it was broken off."""
     opened = cases.read(case_file, overrides)
-    designs = cases.designs(opened, vary, mode=mode, samples=samples, seed=seed)
+    settings = {"mode": mode, "samples": samples, "seed": seed, "until": until}
+    grown = cases.growing(opened, vary, **settings, control=control, control_samples=control_samples)
+    designs, wanted = next(grown)
     if not designs.axes:
         fail(f"{opened.name}: no section sweep; one, or --vary fabric.E=10kN/m:30kN/m:200, is expected")
     if scheduler is not None and threads is not None:
         fail("--scheduler and --threads exclude each other: workers have threads of their own")
     number, of = _shard(shard)
+    if wanted is not None and of > 1:
+        fail("--shard: a sweep until an accuracy is one process, which sees all answers; --scheduler spreads its runs")
+    if wanted is not None and not opened.case.limits:
+        fail(f"--until: {opened.name} has no section limits, whose chance it asks for")
     folder = output or Path(f"{stem(case_file)}-sweep")
     if folder.exists() and not folder.is_dir():
         fail(f"{folder}: is not a folder; --output must name one")
 
     from softbrake.report.console.progress import runs_progress
     from softbrake.sim.cores import cores
-    from softbrake.studies.sweep import NotKept, SchedulerLost, Shard, SweepError, read_journals, run_sweep
+    from softbrake.studies.sweep import NotKept, SchedulerLost, Shard, SweepError, passing, read_journals, run_sweep
 
+    if designs.sampling is not None and wanted is None and (said := designs.sampling.unbalanced) is not None:
+        typer.echo(said, err=True)
     cases.warn_of_long_steps(design.case for design in designs.all)
     at_once = 1 if scheduler else min(threads or cores(), len(designs.all))
     cases.consider((design.case for design in designs.all), opened, at_once=at_once)
     if scheduler is None:
         compile_for((design.case for design in designs.all), quiet)
+    missed = False
     try:
         with runs_progress(quiet=quiet) as progress:
-            plan = run_sweep(
-                designs,
-                folder,
-                shard=Shard(number, of),
-                threads=threads,
-                scheduler=scheduler,
-                histories=histories,
-                force=force,
-                progress=progress,
-                told=lambda text: typer.echo(text, err=True),
-            )
+            for some, _ in chain([(designs, wanted)], grown):
+                plan = run_sweep(
+                    some,
+                    folder,
+                    shard=Shard(number, of),
+                    threads=threads,
+                    scheduler=scheduler,
+                    histories=histories,
+                    force=force,
+                    growing=wanted is not None,
+                    progress=progress,
+                    told=lambda text: typer.echo(text, err=True),
+                )
+                if wanted is None:
+                    break
+                found = passing(plan, read_journals(folder))
+                missed = found.half > wanted
+                if not quiet:
+                    typer.echo(f"{len(plan.runs)} samples: {found.value:.4g} pass, ± {found.half:.2g}", err=True)
+                if not missed:
+                    break
     except (NotKept, SchedulerLost) as error:
         fail(error, FAILED)
     except SweepError as error:
@@ -95,6 +128,8 @@ def sweep(
         typer.echo(f"shard {number} of {of} is done; when all are: softbrake merge {folder}", err=True)
         return
     _show(plan, read_journals(folder), folder, json)
+    if missed:
+        fail(f"--until {wanted:g}: not reached by {len(plan.runs)} samples, which leave ± {found.half:.2g}", FAILED)
 
 
 def merge(
@@ -121,10 +156,13 @@ def _shard(text: str | None) -> tuple[int, int]:
 def _show(plan: Plan, records: dict[str, Any], folder: Path, json: bool) -> None:
     """Write the results of a sweep and print them; exit 1 where a run has no answer."""
     from softbrake.report.as_json import line_json
+    from softbrake.report.console.chance import print_chance
     from softbrake.report.console.sweep import print_table
+    from softbrake.report.plots.chance import PICTURE as CHANCE_PICTURE
+    from softbrake.report.plots.chance import draw_chance
     from softbrake.report.plots.style import PlotError
     from softbrake.report.plots.sweep import PICTURE, draw_sweep
-    from softbrake.report.results_csv import doubtful, failures, rows, write_results
+    from softbrake.report.results_csv import chance_in, doubtful, failures, rows, write_results
     from softbrake.studies.sweep import RESULTS
 
     table = rows(plan, records)
@@ -135,10 +173,20 @@ def _show(plan: Plan, records: dict[str, Any], folder: Path, json: bool) -> None
         print_table(plan, table)
     with writing(folder / RESULTS):
         write_results(folder, plan, table)
-    written = f"{RESULTS} and {PICTURE}"
+    chance = None if plan.sampling is None else chance_in(plan.sampling, plan.case, table)
+    if chance is not None:
+        if json:
+            typer.echo(line_json({"chance": asdict(chance)}))
+        else:
+            print_chance(plan, chance)
+    picture = folder / (PICTURE if chance is None else CHANCE_PICTURE)
+    written = f"{RESULTS} and {picture.name}"
     try:
-        with writing(folder / PICTURE):
-            draw_sweep(plan, table, folder / PICTURE)
+        with writing(picture):
+            if chance is None:
+                draw_sweep(plan, table, picture)
+            else:
+                draw_chance(chance, plan.title, plan.axes, plan.case, table, picture)
     except PlotError as error:
         typer.echo(str(error), err=True)
         written = RESULTS

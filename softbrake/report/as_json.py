@@ -4,10 +4,12 @@ from __future__ import annotations
 
 import json
 import math
+from collections.abc import Sequence
 from dataclasses import asdict
 from typing import TYPE_CHECKING, Any
 
 from softbrake.report.words import TENSIONS
+from softbrake.sim.limits import Verdict
 from softbrake.sim.summary import Inflation, Summary
 
 if TYPE_CHECKING:
@@ -20,10 +22,11 @@ if TYPE_CHECKING:
 DESIGN_ANSWERS = ("outcome", "impact_velocity", "lowest_height", "peak_deceleration")  # of each point of a search
 
 
-def summary_json(summary: Summary, tension_scale: float | None = None) -> str:
+def summary_json(summary: Summary, tension_scale: float | None = None, verdicts: Sequence[Verdict] = ()) -> str:
     """The summary as one JSON object; numbers that are not finite become null.
 
-    With `tension_scale` (N/m) it has one more member, `dimensionless`: the scale and the peak tensions divided by it.
+    With `tension_scale` (N/m) it has one more member, `dimensionless`: the scale and the peak tensions divided by it. With
+    verdicts it has `limits`, and `pass`: whether all hold.
     """
     answer = asdict(summary)
     if tension_scale is not None:
@@ -31,7 +34,17 @@ def summary_json(summary: Summary, tension_scale: float | None = None) -> str:
         answer["dimensionless"] = {"tension_scale": tension_scale} | {
             name: None if value is None else value / tension_scale for name, value in peaks.items()
         }
+    if verdicts:
+        answer["limits"] = [_verdict(each) for each in verdicts]
+        answer["pass"] = all(each.holds for each in verdicts)
     return json.dumps(_finite(answer), indent=2, allow_nan=False)
+
+
+def _verdict(each: Verdict) -> dict[str, Any]:
+    limit = each.limit
+    about = {"name": limit.name, "cfc": limit.cfc, "at_most" if limit.at_most else "at_least": limit.value}
+    names = ("answer", "margin", "share", "error", "holds", "within_error", "fault")
+    return about | {name: getattr(each, name) for name in names}
 
 
 def row_json(row: dict[str, float]) -> str:

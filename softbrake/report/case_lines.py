@@ -39,6 +39,7 @@ def case_lines(opened: CaseFile, designs: Designs) -> list[tuple[str, str]]:
         ("", _values(opened, "fabric.E11", "fabric.E22", "fabric.areal_density", "fabric.strength")),
         ("viscosity", f"{cloth.viscosity:.4g} N*s/m"),
         *_derived(case),
+        ("limits", "; ".join(f"{limit.name} {limit}" for limit in case.limits)),
         ("sweep", f"{len(designs.all)} runs over {', '.join(axis.path for axis in designs.axes)}" if designs.axes else ""),
     ]
 

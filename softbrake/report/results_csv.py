@@ -3,13 +3,22 @@
 from __future__ import annotations
 
 import csv
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import fields
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
+from softbrake.case.sections.limits import LIMITS, limits_of
+from softbrake.core.arrays import Floats
+from softbrake.report.words import stops
 from softbrake.sim.files import draft_of
+from softbrake.sim.limits import judge, no_answer
 from softbrake.sim.summary import Summary
+from softbrake.studies.chance import Chance, chance_of
+from softbrake.studies.sampling import Sampling
 from softbrake.studies.sweep import RESULTS, Plan, Record
 
 UNITS = "results.units.csv"
@@ -18,6 +27,8 @@ GAS_PEAKS = ("peak_pressure", "peak_temperature")
 TIMINGS = ("kernel_seconds", "wall_seconds")  # the last columns: all that two runs of one sweep may differ in
 LEFT_OUT = ("title", "results", "results_fault", "trials", "sensitivity", "filtered")
 MISSING = "not run, or lost with its worker"
+MARGIN = "limit_margin_"  # in front of the name of an answer
+SPREAD = ("impact_velocity", "peak_deceleration", "peak_tension_hoop")  # answers of which a sample gives the distribution
 Row = dict[str, Any]
 
 ANSWER_UNITS = {answer.name: answer.metadata["unit"] for answer in fields(Summary)}
@@ -29,14 +40,23 @@ PEAK_UNITS = {
 
 
 def rows(plan: Plan, records: Mapping[str, Record]) -> list[Row]:
-    """A row for each run of a plan: its number and id, the axes, outcome and fault, and all fields of its summary."""
-    table = []
+    """A row for each run of a plan: its number and id, the axes, outcome and fault, all fields of its summary, and its margins.
+
+    A margin is that of an answer to a limit of the case, SI; `pass` is 1 where all hold, else 0. None are there without limits.
+    """
+    table, limits = [], limits_of(plan.case.get(LIMITS.name, {}))
     for number, run in enumerate(plan.runs, 1):
         record = records.get(run.id, {"summary": None, "fault": MISSING})
         summary = record["summary"] or {}
         outcome = summary.get("outcome") or ("failed" if run.id in records else "missing")
         row = {"run": number, "id": run.id} | {axis.path: value for axis, value in zip(plan.axes, run.values, strict=True)}
-        table.append(row | {"outcome": outcome, "fault": record["fault"]} | _flat(summary))
+        row |= {"outcome": outcome, "fault": record["fault"]} | _flat(summary)
+        if limits:
+            fault = record["fault"]
+            verdicts = judge(limits, summary) if summary and not fault else no_answer(limits, fault)
+            row |= {MARGIN + each.limit.column: each.margin for each in verdicts}
+            row["pass"] = int(all(each.holds for each in verdicts))
+        table.append(row)
     names = list(dict.fromkeys(name for row in table for name in row if name not in TIMINGS))
     return [{name: row.get(name) for name in (*names, *TIMINGS)} for row in table]
 
@@ -53,6 +73,8 @@ def _flat(summary: Mapping[str, Any]) -> Row:
             flat |= {f"{peak}_error": error for peak, error in (value or {}).items()}
         elif name == "vent_opening_times":
             flat |= {f"{name}_{number}": when for number, when in enumerate(value or ())}
+        elif name == "limit_peaks":
+            flat |= {peak: found for peak, found in value.items() if not isinstance(found, str)}
         elif isinstance(value, dict):
             for part, member in value.items():
                 flat[f"{name}_{part}"] = ", ".join(member) if isinstance(member, list) else member
@@ -61,8 +83,35 @@ def _flat(summary: Mapping[str, Any]) -> Row:
     return flat
 
 
+def numbers(table: Sequence[Mapping[str, Any]], name: str, scale: float = 1.0) -> Floats:
+    """An answer of each run, NaN where there is none; rows as `rows` makes them, or as texts of results.csv.
+
+    The impact velocity of a cargo that turns above the ground is 0.
+    """
+
+    def number(row: Mapping[str, Any]) -> float:
+        if row["fault"]:
+            return math.nan
+        if name == "impact_velocity" and stops(row["outcome"], row.get("rest_time")):
+            return 0.0
+        value = row.get(name)
+        return math.nan if value in (None, "") else float(value)
+
+    return scale * np.array([number(row) for row in table])
+
+
+def chance_in(sampling: Sampling, case: Mapping[str, Any], table: Sequence[Mapping[str, Any]]) -> Chance:
+    """What the rows of a sampled sweep say; case: as its plan keeps it."""
+    limits = limits_of(case.get(LIMITS.name, {}))
+    names = dict.fromkeys((*SPREAD, *(limit.column for limit in limits)))
+    answers = {name: numbers(table, name) for name in names}
+    margins = {limit.column: numbers(table, MARGIN + limit.column) for limit in limits}
+    return chance_of(sampling, answers, margins)
+
+
 def unit_of(column: str, plan: Plan) -> str:
     """SI unit of a column of the results; empty for numbers without one and words."""
+    column = column.removeprefix(MARGIN)
     for axis in plan.axes:
         if axis.path == column:
             return axis.unit

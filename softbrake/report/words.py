@@ -2,9 +2,15 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+import math
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING, Any
 
+from softbrake.case.sections.limits import ANSWERS, LIMITS, limits_of
+from softbrake.case.units import STANDARD_GRAVITY, Dimension
+from softbrake.sim.limits import Verdict
 from softbrake.sim.summary import Ensemble, GasBalance, Inflation, PeakValue, Summary, Trial
+from softbrake.studies.chance import ALL, HELD, QUANTILES, Chance, Estimate
 
 if TYPE_CHECKING:
     from softbrake.studies.calibration import FittedInput
@@ -12,7 +18,18 @@ if TYPE_CHECKING:
 SHOWN = 1e-5  # of the initial energy: less than that is what steps of finite length leave
 DUST = 1e-6  # m/s^2 or N/m: less than that is round-off
 MOST_MARGIN = 100.0  # above which strength is out of all proportion to the tension
+SHOWN_UNITS = {
+    Dimension.ACCELERATION: ("g", STANDARD_GRAVITY),
+    Dimension.TENSION: ("kN/m", 1e3),
+    Dimension.PRESSURE: ("kPa", 1e3),
+}
 TENSIONS = ("generatrix", "hoop", "belt")
+
+
+def answer_in_words(column: str) -> str:
+    """Name of an answer, with its class where it has one."""
+    name, _, cfc = column.partition("_cfc")
+    return name.replace("_", " ") + (f", CFC {cfc}" if cfc else "")
 
 
 def named(answer: str) -> str:
@@ -112,6 +129,77 @@ def disturbed_in_words(found: Ensemble) -> str:
 def margin_in_words(margin: float, digits: int = 0) -> str:
     """Strength over tension less 1, in per cent."""
     return f"above {MOST_MARGIN:+.0%}" if margin > MOST_MARGIN else f"{margin:+.{digits}%}"
+
+
+def verdict_rows(verdicts: Sequence[Verdict]) -> list[list[str]]:
+    """Limit, answer, margin with its share, and verdict of each limit."""
+    rows = []
+    for each in verdicts:
+        limit, margin, share = each.limit, each.margin, each.share
+        name = limit.name.replace("_", " ")
+        found, by, word = "none", "–", f"MISSED: {each.fault}"
+        if each.answer is not None and margin is not None:
+            found = "no tension" if math.isinf(each.answer) else limit.in_unit(each.answer)
+            if not math.isinf(margin):
+                by = limit.in_unit(margin, "+.3g") + ("" if share is None else f", {share:+.1%}")
+            word = ("holds" if each.holds else "MISSED") + (", within the error" if each.within_error else "")
+        rows.append([f"{name} {limit}", found, by, word])
+    return rows
+
+
+def chance_tables(chance: Chance, case: Mapping[str, Any]) -> list[tuple[str, list[str], list[list[str]]]]:
+    """Title, head and rows of what a sample says; case: as a plan keeps it."""
+    limits = {limit.column: limit for limit in limits_of(case.get(LIMITS.name, {}))}
+    texts = {name: f"{answer_in_words(limit.name)} {limit}" for name, limit in limits.items()} | {ALL: ALL}
+    tables = []
+    lost = f"; {chance.lost} of them have no answer and count as missed" if chance.lost else ""
+    if chance.holds:
+        rows = [[texts[name], *_in_percent(found)] for name, found in chance.holds.items()]
+        tables.append((f"Chance that limits hold, of {chance.runs} runs{lost}", ["limit", "chance", "from", "to"], rows))
+    names = [f"{100 * part:g} %" for part in QUANTILES]
+    rows = []
+    for name, spread in chance.spreads.items():
+        unit, size = shown_unit(name)
+        values = [f"{value / size:.4g}" for value in (spread.mean, spread.deviation, *spread.quantiles)]
+        rows.append([f"{answer_in_words(name)}, {unit}".removesuffix(", "), *values])
+    missing = f"; {chance.lost} without are left out" if chance.lost else ""
+    tables.append((f"Answers of {chance.runs} runs{missing}", ["answer", "mean", "deviation", *names], rows))
+    for name, indices in chance.indices.items():
+        rows = [
+            [each.input, *(f"{part:.3f}" for found in (each.first, each.total) for part in (found.value, found.low, found.high))]
+            for each in indices
+        ]
+        without = f"; {chance.left_out} samples with a run without an answer are left out" if chance.left_out else ""
+        title = f"Sobol' indices of {answer_in_words(name)}, {chance.sampling.samples} samples{without}"
+        tables.append((title, ["input", "first", "from", "to", "total", "from", "to"], rows))
+    if sampling := chance.sampling.control and chance.sampling:
+        rows = []
+        for name, each in chance.controlled.items():
+            limit = name.removeprefix(HELD)
+            unit, size = ("%", 0.01) if limit != name else shown_unit(name)
+            numbers = (each.mean.value, each.mean.half, each.plain.value, each.plain.half)
+            shown = [f"{part / size:.4g}" for part in numbers]
+            text = texts[limit] if limit != name else answer_in_words(name)
+            rows.append([f"{text}, {unit}".removesuffix(", "), *shown, f"{each.coefficient:.3g}", f"{each.saved:.0%}"])
+        title = f"Means of {sampling.samples} runs, with {sampling.control_samples} more {sampling.control} ones as control"
+        tables.append((title, ["mean", "controlled", "±", "plain", "±", "coefficient", "variance saved"], rows))
+    return tables
+
+
+def _in_percent(found: Estimate) -> list[str]:
+    return [f"{100 * part:.2f} %" for part in (found.value, found.low, found.high)]
+
+
+def shown_unit(column: str) -> tuple[str, float]:
+    """Unit of an answer in tables of samples, and its SI size."""
+    kind = ANSWERS[column.partition("_cfc")[0]]
+    return SHOWN_UNITS.get(kind, (kind.unit, 1.0))
+
+
+def missed_in_words(verdicts: Sequence[Verdict]) -> str:
+    """The limits that an answer misses, in one line; empty where it keeps all."""
+    missed = [f"{row[0]}: {row[1]}" for row, each in zip(verdict_rows(verdicts), verdicts, strict=True) if not each.holds]
+    return f"{len(missed)} of {len(verdicts)} limits missed: {'; '.join(missed)}" if missed else ""
 
 
 def when_in_words(peak: PeakValue, scale: float = 1.0, mean: Ensemble | None = None, phase: bool = True) -> str:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -100,7 +102,7 @@ def filtered_slope(time: Floats, values: Floats, cfc: float) -> tuple[Floats, Fl
     return _filtered_slope(edges, np.interp(edges, time, values), cfc)
 
 
-def filtered_peaks(history: Floats, cfc: int, crushing: float, names: list[str]) -> FilteredPeaks:
+def filtered_peaks(history: Floats, cfc: int, crushing: float, names: Sequence[str]) -> FilteredPeaks:
     """Return the peaks behind a class of history rows, (rows, len(COLUMNS)).
 
     crushing: height of the cover (m) where that phase begins. names: the fields of FilteredPeaks that the run has.

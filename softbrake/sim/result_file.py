@@ -400,7 +400,7 @@ def other_answer(path: Path, case: Case) -> str | None:
     except ResultError:
         return "is no result file that can be read"
     new = json.loads(json.dumps(case_to_dict(case)))
-    idle = {"output"} | ({"contact", "grid", "model", "time", "tolerance"} if case.tolerance is not None else set())
+    idle = {"output", "limits"} | ({"contact", "grid", "model", "time", "tolerance"} if case.tolerance is not None else set())
     differ = [name for name in {**old, **new} if name not in idle and old.get(name) != new.get(name)]
     return f"holds the answer of another case, with another {' and '.join(differ)}" if differ else None
 

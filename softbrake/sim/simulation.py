@@ -233,6 +233,9 @@ class Simulation:
         )
         self.history: Floats = np.empty((HISTORY_ROWS, len(History)))
         self.interval = case.output.history_interval  # steps between rows of the history
+        self.classed = [limit for limit in case.limits if limit.cfc is not None]
+        self.keeping = bool(self.classed)  # whether rows are kept, for filtered peaks
+        self._kept: list[Floats] = []
         self.most = max(NODE_STEPS_PER_CHUNK // ((self.model.n1 + 1) * self.model.n2), 1)  # steps of a chunk
         self.kernel_seconds = 0.0
         self.thread_time: float | None = None  # s, of the first snapshot with threads
@@ -314,6 +317,8 @@ class Simulation:
                 more, outcome = kernel(self.model, self.state, self.workspace, self.history[rows:], interval, rest, until)
                 rows += more
         self.kernel_seconds += CLOCK() - start
+        if self.keeping:
+            self._kept.append(self.history[:rows, COLUMNS])
         return self.history[:rows], Outcome(outcome)
 
     def to_end(self, file: ResultFile | None = None, progress: Callable[[Progress], None] | None = None) -> Summary:
@@ -323,9 +328,10 @@ class Simulation:
         """
         started = time.perf_counter()
         self.kernel_seconds = 0.0
-        kept: list[Floats] = []
         if file is None:
-            self.interval = NO_ROWS
+            self.without_rows()
+        else:
+            self.keeping = True
         outcome = Outcome.RUNNING
         interval = self.case.output.snapshot_interval
         due = math.inf if file is None else 0.0
@@ -338,13 +344,12 @@ class Simulation:
                 rows, outcome = self.advance(due, self.most)
                 if file is not None:
                     file.add_history(rows)
-                    kept.append(rows[:, COLUMNS])
                 if progress is not None:
                     progress(self._progress())
             ending = "interrupted" if outcome == Outcome.RUNNING else outcome.name.lower()
             if file is not None:
                 self._snapshot(file)
-            filtered = self._filtered(kept) if kept else None
+            filtered = None if file is None or not self._kept else self._filtered(self.case.output.cfc)
             summary = self._summary(ending, time.perf_counter() - started, file, filtered)
             if file is not None:
                 summary = file.write_summary(summary)
@@ -358,6 +363,11 @@ class Simulation:
         if outcome == Outcome.DIVERGED:
             raise Diverged(self._divergence(), summary)
         return summary
+
+    def without_rows(self) -> None:
+        """Record no rows that nothing needs."""
+        if not self.keeping:
+            self.interval = NO_ROWS
 
     def now(self, column: History) -> float:
         """Return a current value."""
@@ -481,7 +491,12 @@ class Simulation:
 
     def _above_ground(self, row: float) -> float:
         """Return the height (m) of a row of the unloaded profile, or of the middle of an edge."""
-        return float(np.interp(row, np.arange(self.model.n1 + 1), places(self.case)[0]))
+        return float(np.interp(row, *self._heights))
+
+    @cached_property
+    def _heights(self) -> tuple[Floats, Floats]:
+        """Rows, and the height (m) of each on the unloaded profile."""
+        return np.arange(self.model.n1 + 1.0), places(self.case)[0]
 
     def _peak(self, which: Peak) -> PeakValue:
         """Largest value of the run and that of the other phase."""
@@ -506,9 +521,19 @@ class Simulation:
         known = [Peak.DECELERATION, *([] if lumped else tensions), *gas]
         return {f"peak_{which.name.lower()}": which for which in known}
 
-    def _filtered(self, kept: list[Floats]) -> FilteredPeaks:
-        names = [name for name in self._known() if name in PEAKS]
-        return filtered_peaks(np.concatenate(kept), self.case.output.cfc, self.model.crushing, names)
+    def _filtered(self, cfc: int, *names: str) -> FilteredPeaks:
+        """Peaks behind a class; names: by default all that the run has."""
+        names = names or tuple(name for name in self._known() if name in PEAKS)
+        return filtered_peaks(np.concatenate(self._kept), cfc, self.model.crushing, names)
+
+    def _limit_peaks(self) -> dict[str, float | str]:
+        """Peaks behind the classes of the case's limits; why there is none, where there is none."""
+        found: dict[str, float | str] = {}
+        for limit in self.classed if self._kept else ():
+            assert limit.cfc is not None
+            peaks = self._filtered(limit.cfc, limit.name)
+            found[limit.column] = getattr(peaks, limit.name).value if peaks.fault is None else peaks.fault
+        return found
 
     def _summary(self, outcome: str, wall_seconds: float, file: ResultFile | None, filtered: FilteredPeaks | None) -> Summary:
         case, self_contact, steps = self.case, self.state.self_contact, int(self.state.steps[0])
@@ -560,6 +585,7 @@ class Simulation:
             fabric_margin=_margin(case.fabric.strength, max(generatrix or 0.0, hoop or 0.0)),
             belt_margin=_margin(min((b.strength for b in case.belts if b.strength is not None), default=None), belt or 0.0),
             filtered=filtered,
+            limit_peaks=self._limit_peaks(),
             doubt=doubt_of(made),
             rest_time=rest if math.isfinite(rest := float(self.state.motion[Motion.REST_TIME])) else None,
             rebound_velocity=self.now(History.VELOCITY) if outcome == "rebound" else None,

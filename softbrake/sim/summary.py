@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import Field, dataclass, field, fields
+from dataclasses import Field, dataclass, field, fields, is_dataclass
 from typing import Any, Literal
 
 LARGEST_GAIN = 1e-3  # of the initial energy from nowhere, above which peaks are doubtful and a run counts as failed
@@ -241,6 +241,11 @@ class Summary:
     filtered: FilteredPeaks | None = answer(
         "", "peaks behind a class of SAE J211; None where no result file was written, and in older ones", default=None
     )
+    limit_peaks: dict[str, float | str] = answer(
+        "",
+        "peaks behind the classes that limits name, SI, by name and class; a text says why there is none",
+        default_factory=dict,
+    )
     doubt: str | None = answer("", "why peaks and velocity are not to be trusted; None where they are", default=None)
     ensemble: Ensemble | None = answer("", "the drops behind velocity and peaks where those are means; else None", default=None)
     rest_time: float | None = answer("s", "when the cargo first stood still; None where it did not", default=None)
@@ -266,6 +271,15 @@ class Summary:
     def cut_off(self) -> bool:
         """Whether `time.end` ended the run before the cargo reached the ground or stood still: it has no answer."""
         return self.outcome == "time_limit" and not self.stood_still
+
+
+def as_dict(part: Any) -> Any:
+    """A summary, or a part of one, as JSON has it: `dataclasses.asdict`, whose copies of numbers take four times as long."""
+    if isinstance(part, dict):
+        return {name: as_dict(value) for name, value in part.items()}
+    if isinstance(part, list):
+        return [as_dict(value) for value in part]
+    return {name: as_dict(value) for name, value in vars(part).items()} if is_dataclass(part) else part
 
 
 def _described(part: Field[Any]) -> str:

@@ -20,7 +20,7 @@ import numpy as np
 from softbrake.case.case import Case
 from softbrake.core.arrays import Floats, Outcome
 from softbrake.sim.cores import cores
-from softbrake.sim.simulation import NO_ROWS, Diverged, NotInflated, Simulation
+from softbrake.sim.simulation import Diverged, NotInflated, Simulation
 from softbrake.sim.summary import Summary
 from softbrake.studies.error_control import reached, refine
 
@@ -71,7 +71,8 @@ def run_one(case: Case, histories: bool = False, stop: threading.Event | None = 
             missed = f"the tolerance of {case.tolerance:.3g} was not reached: {summary.fidelity_reason}"
             return Dropped(summary, None if reached(case, summary) else missed, None)
         drop = Simulation(case)
-        drop.interval = case.output.history_interval if histories else NO_ROWS
+        if not histories:
+            drop.without_rows()
         outcome = Outcome.RUNNING
         while outcome == Outcome.RUNNING:
             if stop is not None and stop.is_set():

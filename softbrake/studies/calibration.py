@@ -18,11 +18,11 @@ from softbrake.case.case_file import CaseError
 from softbrake.core.arrays import Floats
 from softbrake.signals.channel import QUANTITIES, Channel
 from softbrake.sim.result_file import as_history, history_dtype
-from softbrake.studies.axes import latin_hypercube
 from softbrake.studies.batch import run_batch
 from softbrake.studies.comparison import Curve, computed_curve, found_shift, measured_curve
 from softbrake.studies.design_space import Variable
 from softbrake.studies.estimates import TooFewSamples, known_by
+from softbrake.studies.sampling import latin_hypercube
 
 CORNER = 5 / 3  # Hz per class, where its gain is 0.707
 STARTS = 16  # places looked at for each input

@@ -15,12 +15,12 @@ from softbrake.case.case import Case
 from softbrake.case.case_file import CaseError, CaseFile
 from softbrake.sim.simulation import Diverged, NotInflated
 from softbrake.sim.summary import Summary, Trial
-from softbrake.studies.axes import latin_hypercube
 from softbrake.studies.batch import Dropped, run_batch
 from softbrake.studies.convergence import estimate_of_neighbours
 from softbrake.studies.design_space import Searched, Variable, ranges_of, searched, twice, variable
 from softbrake.studies.error_control import BUDGET, Refined, neighbours
 from softbrake.studies.inverse_design import NotReached
+from softbrake.studies.sampling import latin_hypercube
 from softbrake.studies.targets import Target, target_of
 
 SCAN = {1: 25, 2: 9}  # places along each variable of the first look

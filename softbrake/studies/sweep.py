@@ -11,9 +11,9 @@ import hashlib
 import json
 import logging
 import re
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import ExitStack, contextmanager
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from functools import cache
 from itertools import islice
 from pathlib import Path
@@ -23,13 +23,18 @@ import h5py
 
 from softbrake import __version__
 from softbrake.case.case import Case, case_to_dict
+from softbrake.case.sections.limits import LIMITS, limits_of
 from softbrake.core.columns import History
 from softbrake.core.jit import PACKAGE, hash_sources
 from softbrake.sim.files import StagedFile, hold, write_text
 from softbrake.sim.interrupt import held_interrupt
+from softbrake.sim.limits import judge
 from softbrake.sim.result_file import as_history, history_dtype
+from softbrake.sim.summary import as_dict
 from softbrake.studies.axes import Axis, Designs
 from softbrake.studies.batch import Dropped, run_batch, run_one
+from softbrake.studies.chance import Estimate, wilson
+from softbrake.studies.sampling import Sampling
 
 if TYPE_CHECKING:
     from distributed import Client
@@ -69,6 +74,7 @@ class Plan:
     axes: tuple[Axis, ...]
     runs: tuple[Run, ...]
     case: dict[str, Any]  # resolved, of the first run
+    sampling: Sampling | None = None  # of a sampled sweep
 
 
 class Shard(NamedTuple):
@@ -91,18 +97,23 @@ def source_hash() -> str:
     return hash_sources(PACKAGE)
 
 
-def run_id(case: Case) -> str:
-    """Hash of a resolved case and of the program that runs it."""
-    text = json.dumps([case_to_dict(case), __version__, source_hash()], sort_keys=True)
+def run_id(case: Case, known: dict[tuple[str, int], Any] | None = None) -> str:
+    """Hash of a resolved case and of the program that runs it. Limits are held against answers, and are no part of it.
+
+    known: as of `case_to_dict`.
+    """
+    written = {name: value for name, value in case_to_dict(case, known).items() if name != LIMITS.name}
+    text = json.dumps([written, __version__, source_hash()], sort_keys=True)
     return "r" + hashlib.sha256(text.encode()).hexdigest()[:16]  # the letter, as spreadsheets take 12e4 for a number
 
 
 def make_plan(designs: Designs) -> tuple[Plan, dict[str, Case]]:
     """Return the plan of the designs, and the cases by the ids of their runs; two equal cases are one run."""
-    cases = [(run_id(design.case), design) for design in designs.all]
+    known: dict[tuple[str, int], Any] = {}
+    cases = [(run_id(design.case, known), design) for design in designs.all]
     runs = tuple(Run(id, design.values) for id, design in cases)
     first = designs.all[0].case
-    return Plan(first.title, __version__, source_hash(), designs.axes, runs, case_to_dict(first)), {
+    return Plan(first.title, __version__, source_hash(), designs.axes, runs, case_to_dict(first), designs.sampling), {
         id: design.case for id, design in cases
     }
 
@@ -116,6 +127,7 @@ def run_sweep(
     scheduler: str | None = None,
     histories: bool = False,
     force: bool = False,
+    growing: bool = False,
     progress: Callable[[int, int, bool], None] | None = None,
     told: Callable[[str], None] = lambda _: None,
 ) -> Plan:
@@ -123,8 +135,9 @@ def run_sweep(
 
     threads: of this machine, default one a core; scheduler: address of a dask scheduler, whose workers run instead of them.
     histories: keep those as well, in histories.h5, a dataset a run named by its id, units in the file's attributes. force: also
-    into a folder whose results.csv would lose answers of another sweep. progress: told the number of runs done, of all, and
-    whether the last was computed now. told: told in words how large the histories get.
+    into a folder whose results.csv would lose answers of another sweep. growing: also into one with more of the same samples.
+    progress: told the number of runs done, of all, and whether the last was computed now. told: told in words how large the
+    histories get.
     Raises SweepError; in the middle of a sweep its kinds NotKept, where the disk is full, and SchedulerLost. Whatever breaks it
     off, the journal has what was done.
     """
@@ -136,13 +149,13 @@ def run_sweep(
     journal = folder / shard.named(JOURNAL, ".jsonl")
     with _writing(folder), _held(folder, journal):
         if not force:
-            _refuse_other(folder, plan)
+            _refuse_other(folder, plan, growing)
         write_plan(folder, plan)
         _mend(journal)
         known = read_journals(folder)
         with ExitStack() as stack:
             kept = stack.enter_context(_Histories(folder / shard.named(HISTORIES, ".h5"))) if histories else None
-            todo = {id: cases[id] for id in mine if id not in known or (kept is not None and id not in kept.ids)}
+            todo = {id: cases[id] for id in mine if _lacks(known.get(id), cases[id]) or (kept is not None and id not in kept.ids)}
             done = len(mine) - len(todo)
             answers = _on_cluster(client, todo, histories) if client else _here(todo, threads, histories)
             if progress is not None:
@@ -151,7 +164,7 @@ def run_sweep(
             for number, (id, answer) in enumerate(answers):
                 size = 0
                 with held_interrupt():  # nothing is half kept
-                    if id not in known:
+                    if _lacks(known.get(id), todo[id]):
                         stream.write(json.dumps(_record(id, answer)) + "\n")
                         stream.flush()
                     if kept is not None and answer.history is not None:
@@ -187,11 +200,13 @@ def _held(folder: Path, journal: Path) -> Iterator[None]:
         release()
 
 
-def _refuse_other(folder: Path, plan: Plan) -> None:
+def _refuse_other(folder: Path, plan: Plan, growing: bool) -> None:
     """Raise SweepError where the folder has answers of runs that the plan has not: the results would lose them."""
     if not (folder / PLAN).exists():
         return
     other, known = read_plan(folder), read_journals(folder)
+    if growing and other.runs[: len(plan.runs)] == plan.runs:
+        return  # the samples of the next plans
     lost = {run.id for run in other.runs if run.id in known} - {run.id for run in plan.runs}
     if lost:
         version = "" if other.source_hash == plan.source_hash else " by another version of softbrake"
@@ -203,7 +218,15 @@ def _refuse_other(folder: Path, plan: Plan) -> None:
 
 
 def _record(id: str, answer: Dropped) -> Record:
-    return {"id": id, "fault": answer.fault, "summary": None if answer.summary is None else asdict(answer.summary)}
+    return {"id": id, "fault": answer.fault, "summary": None if answer.summary is None else as_dict(answer.summary)}
+
+
+def _lacks(record: Record | None, case: Case) -> bool:
+    """Whether a journal lacks the answer of a case, or a peak behind a class that its limits name."""
+    if record is None:
+        return True
+    wanted = {limit.column for limit in case.limits if limit.cfc is not None}
+    return record["fault"] is None and not wanted <= record["summary"]["limit_peaks"].keys()
 
 
 def _here(todo: dict[str, Case], threads: int | None, histories: bool) -> Iterator[tuple[str, Dropped]]:
@@ -275,7 +298,7 @@ def _task(cases: Sequence[Case], histories: bool) -> tuple[str, list[Dropped]]:
 
 def write_plan(folder: Path, plan: Plan) -> None:
     """Write plan.json, all of it or nothing."""
-    write_text(folder / PLAN, json.dumps(asdict(plan)))
+    write_text(folder / PLAN, json.dumps(vars(plan)))
 
 
 def read_plan(folder: Path) -> Plan:
@@ -283,7 +306,11 @@ def read_plan(folder: Path) -> Plan:
     try:
         plan = json.loads((folder / PLAN).read_text(encoding="utf-8"))
         axes = tuple(Axis(*axis) for axis in plan.pop("axes"))
-        return Plan(axes=axes, runs=tuple(Run(id, tuple(values)) for id, values in plan.pop("runs")), **plan)
+        runs = tuple(Run(id, tuple(values)) for id, values in plan.pop("runs"))
+        if (kept := plan.pop("sampling", None)) is not None:
+            mode, samples, seed, inputs, *control = kept
+            kept = Sampling(mode, samples, seed, tuple(inputs), *control)
+        return Plan(axes=axes, runs=runs, sampling=kept, **plan)
     except OSError as error:
         raise SweepError(f"{folder / PLAN}: {error.strerror or error}; the folder of a sweep is expected") from None
     except (ValueError, KeyError, TypeError, AttributeError):
@@ -291,7 +318,10 @@ def read_plan(folder: Path) -> Plan:
 
 
 def read_journals(folder: Path) -> dict[str, Record]:
-    """What the journals of a folder have, by id; the torn last line of a run that was killed counts for nothing."""
+    """What the journals of a folder have, by id; the torn last line of a run that was killed counts for nothing.
+
+    Of several lines of a run, which differ in the peaks that limits asked for, the last one counts, with the peaks of all.
+    """
     known: dict[str, Record] = {}
     for path in sorted(folder.glob(f"{JOURNAL}*.jsonl")):
         for line in path.read_text(encoding="utf-8").splitlines():
@@ -300,8 +330,19 @@ def read_journals(folder: Path) -> dict[str, Record]:
             except ValueError:
                 continue
             if isinstance(record, dict) and {"id", "summary", "fault"} <= record.keys():
-                known.setdefault(record["id"], record)
+                before = known.get(record["id"], {"summary": None})["summary"]
+                if before and record["summary"]:
+                    record["summary"]["limit_peaks"] = before.get("limit_peaks", {}) | record["summary"]["limit_peaks"]
+                known[record["id"]] = record
     return known
+
+
+def passing(plan: Plan, records: Mapping[str, Record]) -> Estimate:
+    """Chance that a run of a plan keeps all limits of its case; one without an answer does not."""
+    limits = limits_of(plan.case[LIMITS.name])
+    found = (records[run.id] for run in plan.runs)
+    held = sum(not one["fault"] and all(each.holds for each in judge(limits, one["summary"])) for one in found)
+    return wilson(held, len(plan.runs))
 
 
 def _mend(journal: Path) -> None:

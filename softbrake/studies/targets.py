@@ -10,24 +10,13 @@ from dataclasses import dataclass
 from difflib import get_close_matches
 
 from softbrake.case.case import Case
+from softbrake.case.sections.limits import ANSWERS, EXAMPLES, lacking
 from softbrake.case.units import Dimension, parse_quantity, unit_of, unit_size
 from softbrake.sim.summary import Summary
 from softbrake.studies.error_control import kinetic
 
-TARGETS = {
-    "impact_velocity": Dimension.SPEED,
-    "rebound_velocity": Dimension.SPEED,
-    "peak_deceleration": Dimension.ACCELERATION,
-    "peak_pressure": Dimension.PRESSURE,
-    "peak_tension_generatrix": Dimension.TENSION,
-    "peak_tension_hoop": Dimension.TENSION,
-    "peak_tension_belt": Dimension.TENSION,
-}
-EXAMPLES = {
-    Dimension.SPEED: "1.5m/s",
-    Dimension.ACCELERATION: "8g",
-    Dimension.PRESSURE: "60kPa",
-    Dimension.TENSION: "30kN/m",
+TARGETS = {  # a margin and the lowest height are to be large: no search for a low answer has them as targets
+    name: kind for name, kind in ANSWERS.items() if kind not in (Dimension.RATIO, Dimension.LENGTH, Dimension.TEMPERATURE)
 }
 NEAR = 1e-3  # of the target, by which the answer may be below it: an impact at a low speed changes much within a small range
 
@@ -120,25 +109,12 @@ def target_of(text: str, case: Case) -> Target:
     try:
         number = parse_quantity(value, kind)
     except ValueError as error:
-        example = f"{name}{found or '='}{EXAMPLES[kind]}"
+        example = f"{name}{found or '='}{EXAMPLES[kind].replace(' ', '')}"
         raise ValueError(f"--target {text}: {error}; {kind.phrase} such as {example} is expected") from None
     target = Target(name, number, unit_of(value), relation == "<=")
     if number < 0.0 or (target.at_most and number == 0.0 and not target.is_speed):
         least = ">" if target.at_most and not target.is_speed else ">="
         raise ValueError(f"--target {text}: {value} is out of range; {kind.phrase} {least} 0 is expected")
-    if fault := _lacking(target, case):
+    if fault := lacking(target.name, case):
         raise ValueError(f"--target {text}: {fault}")
     return target
-
-
-def _lacking(target: Target, case: Case) -> str:
-    """What a case lacks to have an answer; empty where it has it."""
-    if target.name.startswith("peak_tension") and case.model.fidelity == "lumped":
-        return "a lumped case has no shell, and so no tensions"
-    if target.name == "peak_tension_belt" and not case.belts:
-        return "the case has no belts"
-    if target.name == "peak_pressure" and case.gas is None:
-        return "the pressure of the case is given; a case with gas is expected"
-    if target.name == "rebound_velocity" and case.time.after == "stop":
-        return "the run ends at a full stop; time.after: rebound is expected"
-    return ""

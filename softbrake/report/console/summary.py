@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import asdict
 
 from rich.console import Console
@@ -21,16 +22,25 @@ from softbrake.report.words import (
     outcome_in_words,
     thread_rows,
     vented_in_words,
+    verdict_rows,
     when_in_words,
 )
+from softbrake.sim.limits import Verdict
 from softbrake.sim.summary import PeakValue, Sensitivities, Summary, contact_in_words
 
+VERDICTS = (Column("limit", False, True), Column("answer"), Column("margin"), Column("", False, True))
 Line = tuple[str, ...]  # name, value, unit, note, as far as there are
 
 
-def print_summary(summary: Summary, tension_scale: float | None = None, console: Console | None = None) -> None:
+def print_summary(
+    summary: Summary,
+    tension_scale: float | None = None,
+    console: Console | None = None,
+    verdicts: Sequence[Verdict] = (),
+) -> None:
     """Print the summary in at most 80 columns; only the path and the title may be longer, and are never broken.
 
+    verdicts: on the limits of the case.
     With `tension_scale` (N/m) the tensions stand in the paper's dimensionless form as well (section 3.2).
     """
     console = console or plain()
@@ -40,6 +50,9 @@ def print_summary(summary: Summary, tension_scale: float | None = None, console:
     tables = [_motion(summary), _gas(summary), _tensions(summary, tension_scale), _work(summary)]
     print_quantities(console, *filter(None, tables))
     console.print()
+    if verdicts:
+        print_columns(console, VERDICTS, verdict_rows(verdicts), gap=2)
+        console.print()
     if summary.trials:
         print_trials(summary.trials, console)
         console.print()

@@ -8,6 +8,7 @@ from html import escape
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from softbrake.case.sections.limits import limits_of
 from softbrake.case.sections.shell import shell_of
 from softbrake.case.units import STANDARD_GRAVITY
 from softbrake.report.comparison_rows import comparison_rows, heading_lines, rating_rows
@@ -27,8 +28,10 @@ from softbrake.report.words import (
     speed_in_words,
     thread_rows,
     vented_in_words,
+    verdict_rows,
     when_in_words,
 )
+from softbrake.sim.limits import judge
 from softbrake.sim.result_file import ResultError, read_case, read_history, read_inflation, read_snapshots, read_summary
 from softbrake.sim.summary import Sensitivities, Summary
 
@@ -49,6 +52,8 @@ def result_page(path: Path | str, comparison: Comparison | None = None) -> str:
     parts = [f"<h1>{escape(case['title'])}</h1>", f"<p>{escape(ending)}</p>"]
     if summary is not None:
         parts.append(_answers(case, summary))
+        if limits := limits_of(case.get("limits", {})):
+            parts += ["<h2>Limits</h2>", table(("limit", "answer", "margin", ""), verdict_rows(judge(limits, summary)))]
     if comparison is not None:
         parts += ["<h2>Beside the test</h2>", _comparison(comparison)]
     parts += ["<h2>Course of the drop</h2>", figures("charts", drop_charts(case, history, summary))]

@@ -12,17 +12,19 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from softbrake.case.units import STANDARD_GRAVITY
 from softbrake.report.html.case import case_table
 from softbrake.report.html.frame import figures, page, table
-from softbrake.report.plots.page import map_chart, sweep_chart
+from softbrake.report.plots.chance import sampled
+from softbrake.report.plots.page import map_chart, sample_charts, sweep_chart
 from softbrake.report.plots.sweep import Scale, spread
-from softbrake.report.results_csv import UNITS
-from softbrake.report.words import TENSIONS, stops
+from softbrake.report.results_csv import UNITS, chance_in, numbers
+from softbrake.report.words import TENSIONS, chance_tables, stops
 from softbrake.sim.result_file import ResultError
 from softbrake.studies.axes import Axis
+from softbrake.studies.chance import Chance
+from softbrake.studies.sampling import Sampling
 from softbrake.studies.sweep import RESULTS
 
 MOST_DOTS_ON_CURVE = 40
@@ -73,7 +75,9 @@ def sweep_page(folder: Path | str) -> str:
     parts = [f"<h1>{escape(title)}</h1>", f"<p>{len(rows)} runs over {escape(', '.join(paths))}</p>"]
     if failed:
         parts.append(f"<p><b>{len(failed)} of them have no answer.</b></p>")
-    if charts := _charts(rows, axes):
+    if plan.get("sampling") is not None:
+        parts += _chance(chance_in(Sampling(*plan["sampling"]), case, rows), axes, case, rows)
+    elif charts := _charts(rows, axes):
         parts += ["<h2>Answers</h2>", charts]
     parts += ["<h2>Runs</h2>", _runs(rows, axes)]
     if failed:
@@ -82,17 +86,13 @@ def sweep_page(folder: Path | str) -> str:
     return page(title, parts, folder.name)
 
 
-def _column(rows: Sequence[dict[str, str]], name: str, scale: float) -> NDArray[Any]:
-    """Numbers of a column, NaN where there are none. A cargo that turns above the ground has the impact velocity 0."""
-
-    def number(row: dict[str, str]) -> float:
-        if row["fault"]:
-            return math.nan
-        if name == "impact_velocity" and stops(row["outcome"], row.get("rest_time")):
-            return 0.0
-        return float(row.get(name) or math.nan)
-
-    return scale * np.array([number(row) for row in rows])
+def _chance(chance: Chance, axes: Sequence[Axis], case: dict[str, Any], rows: Sequence[dict[str, str]]) -> list[str]:
+    """What a sample says, and its pictures: of each answer the distribution, indices, and a scatter over what matters."""
+    parts = []
+    for title, head, lines in chance_tables(chance, case):
+        parts += [f"<h2>{escape(title)}</h2>", table(head, lines, len(head) - 1)]
+    drawn = sampled(chance, axes, case, rows)
+    return [*parts, "<h2>How answers vary</h2>", figures("charts", [figure for one in drawn for figure in sample_charts(one)])]
 
 
 def _charts(rows: Sequence[dict[str, str]], axes: Sequence[Axis]) -> str:
@@ -101,7 +101,7 @@ def _charts(rows: Sequence[dict[str, str]], axes: Sequence[Axis]) -> str:
     for axis in axes:
         with suppress(ValueError):  # words
             scales.append(Scale(axis, [float(row[axis.path]) for row in rows]))
-    columns = [(one, _column(rows, one.column, one.scale)) for one in DRAWN]
+    columns = [(one, numbers(rows, one.column, one.scale)) for one in DRAWN]
     columns = [(one, values) for one, values in columns if np.isfinite(values).any()]
     if len(scales) == len(axes) == 2 and spread(scales):
         drawn = [map_chart(one.title[0].upper() + one.title[1:], one.unit, scales, values) for one, values in columns]
@@ -121,7 +121,7 @@ def _charts(rows: Sequence[dict[str, str]], axes: Sequence[Axis]) -> str:
 
 
 def _runs(rows: Sequence[dict[str, str]], axes: Sequence[Axis]) -> str:
-    shown = [answer for answer in DRAWN if np.isfinite(_column(rows, answer.column, 1.0)).any()]
+    shown = [answer for answer in DRAWN if np.isfinite(numbers(rows, answer.column, 1.0)).any()]
     names = [f"{axis.path}, {axis.shown}" if axis.shown else axis.path for axis in axes]
     head = ["run", "outcome", *names, *(f"{one.title}, {one.unit}" for one in shown)]
     lines = []

@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from softbrake.report.plots import panels
+from softbrake.report.plots.chance import Sampled, draw_distribution, draw_scatter, draw_tornado
 from softbrake.report.plots.comparison import draw_overlay
 from softbrake.report.plots.style import (
     BLUE,
@@ -153,6 +154,20 @@ def sweep_chart(
     return _chart(draw, label)
 
 
+def sample_charts(one: Sampled) -> list[Figure]:
+    """Charts of one answer of a sample: distribution, indices where there are, scatter over what moves it most."""
+    scale = one.scales[0]
+    charts = [_chart(lambda axes: draw_distribution(axes, one), one.unit)]
+    if one.indices:
+        charts.append(_chart(lambda axes: draw_tornado(axes, one), "part of the variance"))
+
+    def scatter(axes: Axes) -> None:
+        draw_scatter(axes, one)
+        scale.along(axes, "x")
+
+    return [*charts, _chart(scatter, scale.label)]
+
+
 def map_chart(title: str, unit: str, scales: Sequence[Scale], values: NDArray[Any]) -> Figure:
     """An answer of all runs over the plane of two axes. Raises PlotError."""
     with _figure(WIDTH, HEIGHT + MAP_HIGHER) as figure:
@@ -218,7 +233,7 @@ def _chart(draw: Callable[[Axes], None], x_label: str) -> Figure:
         axes.set_xlim(*_span(np.concatenate([np.asarray(line.get_xdata(), float) for line in axes.lines])))
         curves = [line for line in axes.lines if line.get_linestyle() != "None"]
         for line in curves:
-            line.set_data(*envelope(np.asarray(line.get_xdata()), np.asarray(line.get_ydata())))
+            line.set_data(*envelope(np.asarray(line.get_xdata(), float), np.asarray(line.get_ydata(), float)))
         names = axes.get_legend_handles_labels()[1]
         for dash, line in zip(DASHES, (line for line in curves if line.get_label() in names), strict=False):
             line.set_linestyle(dash)

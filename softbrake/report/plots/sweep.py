@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from softbrake.case.units import STANDARD_GRAVITY
 from softbrake.report.plots.style import BLUE, GREEN, GREY, INK, ORANGE, RED, STYLE, PlotError, load_matplotlib, save
-from softbrake.report.results_csv import PEAKS, Row
+from softbrake.report.results_csv import PEAKS, Row, numbers
 from softbrake.report.words import stops
 from softbrake.studies.axes import Axis
 from softbrake.studies.sweep import Plan
@@ -32,13 +32,13 @@ def draw_sweep(plan: Plan, table: Sequence[Row], picture: Path) -> None:
         raise PlotError("no picture: the sweep has no axis")
     mpl = load_matplotlib()
     scales = [Scale(axis, [row[axis.path] for row in table]) for axis in plan.axes]
-    words, numbers = ([scale for scale in scales if bool(scale.words) == wanted] for wanted in (True, False))
+    words, others = ([scale for scale in scales if bool(scale.words) == wanted] for wanted in (True, False))
     with mpl.rc_context(STYLE):
         if len(scales) == 1:
             figure = _curves(mpl, scales[0], table)
-        elif len(words) == len(numbers) == 1:
-            figure = _curves(mpl, numbers[0], table, words[0])
-        elif len(numbers) == len(scales) == 2 and spread(scales):
+        elif len(words) == len(others) == 1:
+            figure = _curves(mpl, others[0], table, words[0])
+        elif len(others) == len(scales) == 2 and spread(scales):
             figure = _contours(mpl, scales, table)
         else:
             figure = _scatter_matrix(mpl, scales[:MOST_AXES], table)
@@ -94,13 +94,6 @@ class Scale:
             axes.set(**{f"{which}ticks": range(len(self.words)), f"{which}ticklabels": self.words})
 
 
-def _column(table: Sequence[Row], name: str, unit: float = 1.0) -> NDArray[Any]:
-    """An answer of each run, NaN where there is none; the impact velocity of a cargo that turns above the ground is zero."""
-    zero = [name == "impact_velocity" and stops(row["outcome"], row.get("rest_time")) for row in table]
-    values = [None if row["fault"] else 0.0 if none else row.get(name) for none, row in zip(zero, table, strict=True)]
-    return np.array([np.nan if value is None else value * unit for value in values], float)
-
-
 def _curves(mpl: Any, scale: Scale, table: Sequence[Row], words: Scale | None = None) -> Figure:
     """Answers over one axis; with words beside it a line for each, and the hoop's tension for all three."""
     figure: Figure = mpl.figure.Figure(figsize=(7.4, 7.6), layout="constrained")
@@ -112,17 +105,17 @@ def _curves(mpl: Any, scale: Scale, table: Sequence[Row], words: Scale | None = 
         strict=True,
     ):
         panel.set(title=title, ylabel=unit)
-    impact, braking = _column(table, "impact_velocity"), _column(table, PEAKS[0], 1.0 / STANDARD_GRAVITY)
+    impact, braking = numbers(table, "impact_velocity"), numbers(table, PEAKS[0], 1.0 / STANDARD_GRAVITY)
     everything = np.ones(len(table), bool)
     if words is None:
         _line(panels[0], scale, impact, everything, BLUE, "")
         _line(panels[1], scale, braking, everything, RED, "")
         for peak, label, colour in zip(PEAKS[1:], ("generatrix", "hoop", "belt"), (BLUE, ORANGE, GREEN), strict=True):
-            _line(panels[2], scale, _column(table, peak, 1e-3), everything, colour, label)
+            _line(panels[2], scale, numbers(table, peak, 1e-3), everything, colour, label)
     else:
         for number, word in enumerate(words.words):
             colour = COLOURS[number % len(COLOURS)]
-            for panel, values in zip(panels, (impact, braking, _column(table, PEAKS[2], 1e-3)), strict=True):
+            for panel, values in zip(panels, (impact, braking, numbers(table, PEAKS[2], 1e-3)), strict=True):
                 _line(panel, scale, values, words.at == number, colour, "")
             panels[0].plot([], [], color=colour, label=word)
     stopped = np.array([stops(row["outcome"], row.get("rest_time")) for row in table])
@@ -218,7 +211,7 @@ def _contours(mpl: Any, scales: Sequence[Scale], table: Sequence[Row]) -> Figure
         (panels[0], "impact_velocity", 1.0, "Impact velocity, m/s"),
         (panels[1], PEAKS[0], 1.0 / STANDARD_GRAVITY, "Peak deceleration, 1 kHz, g"),
     ):
-        values = _column(table, name, unit)
+        values = numbers(table, name, unit)
         filled = draw_map(panel, scales, values)
         if filled is not None:
             figure.colorbar(filled, ax=panel).outline.set_visible(False)
@@ -234,7 +227,7 @@ def _scatter_matrix(mpl: Any, scales: Sequence[Scale], table: Sequence[Row]) -> 
     count = len(scales)
     figure: Figure = mpl.figure.Figure(figsize=(2.6 * count + 2.0, 2.2 * count + 0.8), layout="constrained")
     panels: Any = figure.subplots(count, count, squeeze=False)
-    impact = _column(table, "impact_velocity")
+    impact = numbers(table, "impact_velocity")
     failed = np.array([bool(row["fault"]) for row in table])
     shades, sound = None, impact[np.isfinite(impact)]
     low, high = colour_range(sound) if len(sound) else (0.0, 1.0)
