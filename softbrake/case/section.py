@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass, fields
 from functools import cache
 from typing import Any, ClassVar
@@ -39,7 +39,7 @@ class _Members(Mapping[str, Node]):
         return len(self._members)
 
 
-_ALL = ""  # noted of a section that looks at the whole file
+_ALL, _NAMES = "", " "  # noted of a section that looks at the whole file, or at the names in it
 
 
 class Draft(Checker):
@@ -65,6 +65,13 @@ class Draft(Checker):
     def root(self) -> Node:
         """The whole file."""
         self._note(_ALL)
+        return self._root
+
+    def outline(self, keys: Iterable[Key]) -> Node:
+        """The whole file, of which only these keys and the names of the others are looked at."""
+        for key in keys:
+            self._note(key.name)
+        self._note(_NAMES)
         return self._root
 
     def values(self, section: str) -> Any:
@@ -101,6 +108,8 @@ class Draft(Checker):
         own, theirs = self._root, self._sound._root
         if name == _ALL:
             return own is theirs
+        if name == _NAMES:
+            return own.value.keys() == theirs.value.keys()  # type: ignore[union-attr]
         return own.value.get(name) is theirs.value.get(name)  # type: ignore[union-attr]
 
     def settle(self) -> None:

@@ -85,7 +85,7 @@ def sweep(
 
     from softbrake.report.console.progress import runs_progress
     from softbrake.sim.cores import cores
-    from softbrake.studies.sweep import NotKept, SchedulerLost, Shard, SweepError, passing, read_journals, run_sweep
+    from softbrake.studies.sweep import NotKept, SchedulerLost, Shard, SweepError, passing, run_sweep
 
     if designs.sampling is not None and wanted is None and (said := designs.sampling.unbalanced) is not None:
         typer.echo(said, err=True)
@@ -95,6 +95,7 @@ def sweep(
     if scheduler is None:
         compile_for((design.case for design in designs.all), quiet)
     missed = False
+    records: dict[str, Any] = {}
     try:
         with runs_progress(quiet=quiet) as progress:
             for some, _ in chain([(designs, wanted)], grown):
@@ -107,12 +108,13 @@ def sweep(
                     histories=histories,
                     force=force,
                     growing=wanted is not None,
+                    records=records,
                     progress=progress,
                     told=lambda text: typer.echo(text, err=True),
                 )
                 if wanted is None:
                     break
-                found = passing(plan, read_journals(folder))
+                found = passing(plan, records)
                 missed = found.half > wanted
                 if not quiet:
                     typer.echo(f"{len(plan.runs)} samples: {found.value:.4g} pass, ± {found.half:.2g}", err=True)
@@ -127,7 +129,7 @@ def sweep(
     if of > 1:
         typer.echo(f"shard {number} of {of} is done; when all are: softbrake merge {folder}", err=True)
         return
-    _show(plan, read_journals(folder), folder, json)
+    _show(plan, records, folder, json)
     if missed:
         fail(f"--until {wanted:g}: not reached by {len(plan.runs)} samples, which leave ± {found.half:.2g}", FAILED)
 

@@ -130,6 +130,7 @@ def run_sweep(
     growing: bool = False,
     progress: Callable[[int, int, bool], None] | None = None,
     told: Callable[[str], None] = lambda _: None,
+    records: dict[str, Record] | None = None,
 ) -> Plan:
     """Run all designs, or a shard of them, that no journal in the folder has.
 
@@ -137,7 +138,7 @@ def run_sweep(
     histories: keep those as well, in histories.h5, a dataset a run named by its id, units in the file's attributes. force: also
     into a folder whose results.csv would lose answers of another sweep. growing: also into one with more of the same samples.
     progress: told the number of runs done, of all, and whether the last was computed now. told: told in words how large the
-    histories get.
+    histories get. records: gets what the journals have in the end, which spares reading them again.
     Raises SweepError; in the middle of a sweep its kinds NotKept, where the disk is full, and SchedulerLost. Whatever breaks it
     off, the journal has what was done.
     """
@@ -165,8 +166,10 @@ def run_sweep(
                 size = 0
                 with held_interrupt():  # nothing is half kept
                     if _lacks(known.get(id), todo[id]):
-                        stream.write(json.dumps(_record(id, answer)) + "\n")
+                        record = _record(id, answer)
+                        stream.write(json.dumps(record) + "\n")
                         stream.flush()
+                        _add(known, record)
                     if kept is not None and answer.history is not None:
                         size = kept.add(id, todo[id], answer.history)
                 if size and number == 0 and len(todo) > 1:
@@ -174,6 +177,8 @@ def run_sweep(
                 done += 1
                 if progress is not None:
                     progress(done, len(mine), True)
+    if records is not None:
+        records.update(known)
     return plan
 
 
@@ -330,11 +335,16 @@ def read_journals(folder: Path) -> dict[str, Record]:
             except ValueError:
                 continue
             if isinstance(record, dict) and {"id", "summary", "fault"} <= record.keys():
-                before = known.get(record["id"], {"summary": None})["summary"]
-                if before and record["summary"]:
-                    record["summary"]["limit_peaks"] = before.get("limit_peaks", {}) | record["summary"]["limit_peaks"]
-                known[record["id"]] = record
+                _add(known, record)
     return known
+
+
+def _add(known: dict[str, Record], record: Record) -> None:
+    """Take a record in, with the peaks of an earlier one."""
+    before = known.get(record["id"], {"summary": None})["summary"]
+    if before and record["summary"]:
+        record["summary"]["limit_peaks"] = before.get("limit_peaks", {}) | record["summary"]["limit_peaks"]
+    known[record["id"]] = record
 
 
 def passing(plan: Plan, records: Mapping[str, Record]) -> Estimate:

@@ -14,7 +14,7 @@ class _Top(Section):
     def read(self, draft: Draft) -> Values:
         """Beside the sections."""
         others = [name for name in draft.sections if name]
-        return draft.mapping(draft.root, "", self.keys, choices=self.choices, others=others)
+        return draft.mapping(draft.outline(self.keys), "", self.keys, choices=self.choices, others=others)
 
     def build(self, draft: Draft) -> Values:
         """Fields of the case; it insists on a tolerance that the file names. A bag under pressure starts inflated."""
