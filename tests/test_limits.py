@@ -62,8 +62,8 @@ def test_unquoted_bounds_of_either_sign_are_read_in_flow_and_block(case_path: Pa
     case = load_case(case_path)
     assert [(limit.name, str(limit)) for limit in case.limits] == [
         ("impact_velocity", "<= 1.5 m/s"),
-        ("peak_deceleration", "<= 8 g at CFC 60"),
         ("lowest_height", ">= 5 cm"),
+        ("peak_deceleration", "<= 8 g at CFC 60"),
         ("fabric_margin", ">= 2"),
     ]
     block = case_path.parent / "block.yaml"
