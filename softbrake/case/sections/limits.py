@@ -113,7 +113,7 @@ def lacking(name: str, case: Case) -> str:
 
 class _LimitsSection(Section):
     def read(self, draft: Draft) -> tuple[Limit, ...]:
-        """Bounds of answers, in the order of the file; former names of answers are read as today's."""
+        """Bounds of answers, in the order of ANSWERS; former names of answers are read as today's."""
         node = self.node(draft)
         if node is None:
             return ()
@@ -136,7 +136,7 @@ class _LimitsSection(Section):
             if name in limits:
                 draft.fault(item.key, where, f"given besides {name}", "one bound of an answer is expected")
             limits[name] = limit
-        return tuple(limits.values())
+        return tuple(limits[name] for name in ANSWERS if name in limits)
 
     def build(self, draft: Draft) -> tuple[Limit, ...]:
         """The limits."""
