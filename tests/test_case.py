@@ -221,7 +221,7 @@ def test_case_file_is_read_once(tmp_path: Path, monkeypatch: pytest.MonkeyPatch)
     monkeypatch.setattr(yaml, "parse", lambda text, Loader, parse=yaml.parse: parsed.append(text) or parse(text, Loader))
     for override, one in expected.items():
         assert opened.set([override]).case == one
-    assert parsed == ["1%", "[ground]"]  # a plain number needs no parser
+    assert parsed == ["1%", "[ground]"]  # plain numbers need no parser
     assert opened.set([]).case == opened.case == parse_case(GOOD + LISTED, "f.yaml", ["cargo.mass=50"])
     assert opened.set(["fabric.E11=3"]).set(["fabric.E22=4"]).case.fabric.E11 == 3.0
     assert opened.vary({"fabric.E": 2e4, "belts.0.width": 0.01}) == opened.set(["fabric.E=20000.0", "belts.0.width=0.01"]).case

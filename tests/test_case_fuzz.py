@@ -17,7 +17,9 @@ from softbrake.case.units import UNITS
 
 COUNT = 500
 MESSAGE = re.compile(r"f\.yaml:(\d+):(\d+): (\S.*; \S.*)")
-SHIPPED = [path.read_text(encoding="utf-8") for path in sorted(ROOT.glob("configs/*.yaml"))]
+SHIPPED = [  # without the section that a drop does not read
+    path.read_text(encoding="utf-8").partition("\nsweep:")[0] + "\n" for path in sorted(ROOT.glob("configs/*.yaml"))
+]
 KEYS = [key for section in ALL.values() for one in (*section.keys, *section.each) for key in (one, *one.parts)]
 BAG = """\
 shell: {diameter: 0.5 m, height: 0.6 m}

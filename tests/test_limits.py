@@ -16,6 +16,7 @@ from softbrake.case.case_file import CaseError, load_case, open_case
 from softbrake.case.sections.limits import ANSWERS, CLASSED, limit_of, limits_of
 from softbrake.case.units import STANDARD_GRAVITY
 from softbrake.cli.app import app
+from softbrake.report.html.sweep import sweep_page
 from softbrake.report.words import verdict_rows
 from softbrake.sim.filters import PEAKS
 from softbrake.sim.limits import judge
@@ -226,13 +227,16 @@ def test_limits_are_on_the_page_of_a_result(case_path: Path, tmp_path: Path) -> 
 def test_margins_stand_in_the_results_of_a_sweep(case_path: Path, tmp_path: Path) -> None:
     settings = [word for override in COARSE for word in ("--set", override)]
     arguments = ["sweep", str(case_path), *settings, "--vary", "vents.0.area=400cm^2:700cm^2:4", "-q", "-o", str(tmp_path / "s")]
-    CliRunner().invoke(app, arguments, catch_exceptions=False)
+    shown = CliRunner().invoke(app, arguments, catch_exceptions=False).stdout
     with open(tmp_path / "s" / "results.csv", newline="") as stream:
         table = list(csv.DictReader(stream))
     with open(tmp_path / "s" / "results.units.csv", newline="") as stream:
         units = next(csv.DictReader(stream))
     assert units["limit_margin_peak_deceleration_cfc60"] == units["peak_deceleration_cfc60"] == "m/s^2"
     assert units["limit_margin_lowest_height"] == "m" and units["limit_margin_fabric_margin"] == units["pass"] == ""
+    kept = sum(row["pass"] == "1" for row in table)
+    assert shown.count("pass") == kept and shown.count("MISSED") == 4 - kept
+    assert f"{kept} of 4 runs keep all limits: impact velocity &lt;= 1.5 m/s" in sweep_page(tmp_path / "s")
     for row in table:
         margins = [float(value) for name, value in row.items() if name.startswith("limit_margin_")]
         assert len(margins) == 4 and int(row["pass"]) == all(margin >= 0.0 for margin in margins)

@@ -113,7 +113,7 @@ def lacking(name: str, case: Case) -> str:
 
 class _LimitsSection(Section):
     def read(self, draft: Draft) -> tuple[Limit, ...]:
-        """Bounds of answers, in their order; former names of answers are read as today's."""
+        """Bounds of answers, in the order of ANSWERS; former names of answers are read as today's."""
         node = self.node(draft)
         if node is None:
             return ()

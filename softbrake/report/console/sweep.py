@@ -25,12 +25,14 @@ def print_table(plan: Plan, table: Sequence[Row], console: Console | None = None
     shown = range(len(table))
     if len(table) > MOST_LINES:
         shown = sorted({round(k * (len(table) - 1) / (MOST_LINES - 1)) for k in range(MOST_LINES)})  # type: ignore[assignment]
+    held = "pass" in table[0]
+    answers = (*ANSWERS, Column("limits", right=False)) if held else ANSWERS
     axes = [Column(f"{axis.path}\n\n{axis.shown}") for axis in plan.axes]
-    lines = [[*(axis.written(table[k][axis.path]) for axis in plan.axes), *_answers(table[k])] for k in shown]
-    outcome, impact, *others = range(len(axes), len(axes) + len(ANSWERS))
+    lines = [[*(axis.written(table[k][axis.path]) for axis in plan.axes), *_answers(table[k], held)] for k in shown]
+    outcome, impact, *others = range(len(axes), len(axes) + len(answers))
     first, *rest = range(len(axes))
     order = [first, impact, outcome, *rest, *others]
-    print_columns(console, [*axes, *ANSWERS], lines, order=order)
+    print_columns(console, [*axes, *answers], lines, order=order)
     if len(shown) < len(table):
         console.print(f"{len(shown)} of {len(table)} runs are shown; {RESULTS} is for all")
     faults = failures(table)
@@ -42,9 +44,10 @@ def print_table(plan: Plan, table: Sequence[Row], console: Console | None = None
             console.print(f"... and {len(faults) - MOST_LINES} more, in {RESULTS}")
 
 
-def _answers(row: Row) -> list[str]:
+def _answers(row: Row, held: bool) -> list[str]:
+    verdict = ["pass" if row["pass"] else "MISSED"] if held else []
     if row["fault"]:
-        return [row["outcome"], *["–"] * 5]
+        return [row["outcome"], *["–"] * 5, *verdict]
     impact = row["impact_velocity"]
     tensions = [row[peak] for peak in PEAKS[1:]]
     return [
@@ -52,4 +55,5 @@ def _answers(row: Row) -> list[str]:
         "–" if impact is None else f"{impact:.4f}",
         f"{row['peak_deceleration'] / STANDARD_GRAVITY:.2f}",
         *("–" if tension is None else f"{tension / 1e3:.3f}" for tension in tensions),
+        *verdict,
     ]

@@ -75,6 +75,10 @@ def sweep_page(folder: Path | str) -> str:
     parts = [f"<h1>{escape(title)}</h1>", f"<p>{len(rows)} runs over {escape(', '.join(paths))}</p>"]
     if failed:
         parts.append(f"<p><b>{len(failed)} of them have no answer.</b></p>")
+    if "pass" in names:
+        kept = sum(row["pass"] == "1" for row in rows)
+        bounds = "; ".join(f"{name.replace('_', ' ')} {bound}" for name, bound in case["limits"].items())
+        parts.append(f"<p>{kept} of {len(rows)} runs keep all limits: {escape(bounds)}</p>")
     if plan.get("sampling") is not None:
         parts += _chance(chance_in(Sampling(*plan["sampling"]), case, rows), axes, case, rows)
     elif charts := _charts(rows, axes):
