@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from softbrake.core.arrays import Floats
 from softbrake.signals.channel import Channel, SignalError
 from softbrake.signals.choice import chosen, in_terms_of_drop
-from softbrake.studies.comparison import RATE, Curve, Pair, common, compare, found_shift, marks_of, paired, rate
+from softbrake.studies.comparison import RATE, Curve, Pair, compare, found_shift, marks_of, rate
 
 G = 9.80665
 LASTS = 0.12  # s
@@ -118,14 +118,47 @@ def test_what_is_compared_is_within_both() -> None:
     assert found.interval == pytest.approx((0.02, LASTS)) and not found.shift_found
     part = compare(drop, [pulse], cfc=None, added=0.0, shift=-1.0, interval=(0.03, 0.05)).quantities[0].pair
     assert (part.time[0], part.time[-1], len(part.time)) == pytest.approx((0.03, 0.05, 201))
-    with pytest.raises(ValueError, match=r"0 to 0.05 s is asked for; they share 0.02 to 0.12 s"):
+    with pytest.raises(ValueError, match=r"they share 0.02 to 0.05 s; an interval within is expected"):
         compare(drop, [pulse], cfc=None, added=0.0, shift=-1.0, interval=(0.0, 0.05))
     with pytest.raises(ValueError, match="they share no time"):
         compare(drop, [pulse], cfc=None, added=0.0, shift=5.0)
-    test, computed = Curve(pulse.time, pulse.values), Curve(drop["time"], drop["acceleration"])
-    assert common(test, computed, -1.0) == pytest.approx((0.02, LASTS))
-    with pytest.raises(ValueError, match="test and drop share 0.02 to 0.12 s"):
-        paired(test, computed, -1.0, (0.01, 0.1))
+    with pytest.raises(ValueError, match="0 to 0.2 s of a drop known from 0 to 0.12 s"):
+        compare(drop, [pulse], cfc=None, added=0.0, shift=-1.0, interval=(0.0, 0.2))
+
+
+def test_what_comes_after_the_drop_is_no_part_of_it() -> None:
+    """A blow on the ground of ten times the peak, from the end of the drop on, moves neither shift nor marks."""
+    drop = half_sine()
+    at = np.arange(0.0, 0.2, 1e-4)
+    quiet = np.interp(at, drop["time"], drop["acceleration"])
+    blow = np.where((at > LASTS) & (at < LASTS + 0.008), 800.0 * np.sin(np.pi * (at - LASTS) / 0.008), 0.0)
+    plain, struck = (compare(drop, [channel(at, each, "m/s^2")], cfc=60, added=0.0) for each in (quiet, quiet + blow))
+    assert plain.interval == struck.interval == pytest.approx((0.01, LASTS - 0.01), abs=1e-4)
+    assert struck.shift == pytest.approx(0.0, abs=2e-4)
+    assert struck.quantities[0].test.peak == pytest.approx(plain.quantities[0].test.peak, rel=1e-3)
+    assert struck.quantities[0].rms < 0.01 * 80.0
+
+
+def test_a_channel_of_the_other_sign_is_named_and_no_other() -> None:
+    """Whether or not the shift is given; a constant, as gravity or the ambient pressure, turns nothing."""
+    drop = half_sine()
+    at = np.arange(0.0, LASTS, 1e-4)
+    acceleration, pressure = (np.interp(at, drop["time"], drop[name]) for name in ("acceleration", "pressure"))
+    for shift in (None, 0.0):
+        for sign, off, expected in ((-1.0, 0.0, ["a"]), (1.0, 101325.0, []), (1.0, 0.0, [])):
+            both = [channel(at, sign * acceleration, "m/s^2"), Channel("p", at, pressure + off, "Pa")]
+            assert compare(drop, both, cfc=None, added=0.0, shift=shift).opposed == expected
+
+
+def test_ten_samples_a_second_and_class_are_enough_however_times_are_written() -> None:
+    drop = half_sine()
+    at = np.round(np.arange(721) / 6000.0, 6)
+    pulse = channel(at, np.interp(at, drop["time"], drop["acceleration"]), "m/s^2")
+    assert compare(drop, [pulse], cfc=600, added=0.0, shift=0.0).quantities[0].rms < 0.1
+    with pytest.raises(ValueError, match=r"CFC 1000: rows 0.167 ms apart, 0.1 allowed"):
+        compare(drop, [pulse], cfc=1000, added=0.0, shift=0.0)
+    with pytest.raises(ValueError, match="'a' has passed CFC 60; this class or a lower one is expected"):
+        compare(drop, [channel(at, pulse.values, "m/s^2", cfc=60)], cfc=180, added=0.0, shift=0.0)
 
 
 # The rating of ISO/TS 18571 once more, from the standard's formulas.
@@ -224,6 +257,8 @@ def test_ratings_have_the_properties_of_the_standard() -> None:
 def test_flat_curves_get_no_rating() -> None:
     assert rate(pair_of(np.zeros(200), PULSE[:200])) == (None, "the test is flat")
     assert rate(pair_of(PULSE[:200], np.full(200, 3.0))) == (None, "the drop is flat")
+    long = np.sin(np.arange(7001.0))
+    assert rate(pair_of(long, long)) == (None, "0.7 s are too long, up to 0.6 s are expected; --interval")
 
 
 def test_channels_are_chosen_by_quantity_or_name() -> None:

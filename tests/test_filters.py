@@ -159,8 +159,8 @@ def test_deceleration_keeps_the_momentum_between_rows() -> None:
     ("time", "cfc", "words"),
     [
         (np.linspace(0.0, 0.1, 101), 60, None),
-        (np.linspace(0.0, 0.1, 101), 180, "rows 1 ms apart, 0.56 allowed"),
-        (np.delete(np.linspace(0.0, 0.1, 1001), slice(500, 520)), 60, "rows 2.1 ms apart, 1.7 allowed"),
+        (np.linspace(0.0, 0.1, 101), 180, "rows 1 ms apart, 0.556 allowed"),
+        (np.delete(np.linspace(0.0, 0.1, 1001), slice(500, 520)), 60, "rows 2.1 ms apart, 1.67 allowed"),
         (np.linspace(0.0, 0.005, 1001), 60, "5 ms long, 24 expected"),
         (np.linspace(0.0, 0.005, 1001), 600, None),
         (np.zeros(1), 60, "fewer than two rows"),
@@ -291,5 +291,5 @@ def test_rows_too_coarse_for_the_class_are_said_to_be(softbrake: Command, paper:
     coarse = ("--set", "model.fidelity=lumped", "--set", "output.history_interval=30", "-q")
     done = softbrake("run", paper, *coarse)
     assert done.returncode == 0, done.stderr
-    assert "  CFC 180                         –        rows 0.75 ms apart, 0.56 allowed" in done.stdout
-    assert '"fault": "rows 0.75 ms apart, 0.56 allowed"' in softbrake("info", "paper.vtkhdf", "--json").stdout
+    assert "  CFC 180                         –        rows 0.75 ms apart, 0.556 allowed" in done.stdout
+    assert '"fault": "rows 0.75 ms apart, 0.556 allowed"' in softbrake("info", "paper.vtkhdf", "--json").stdout

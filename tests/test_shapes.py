@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import math
 from collections.abc import Callable
 from dataclasses import replace
@@ -10,9 +11,10 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_bvp
 
-from softbrake.case.case import Case
-from softbrake.case.case_file import parse_case
+from softbrake.case.case import Case, case_to_dict
+from softbrake.case.case_file import CaseError, parse_case
 from softbrake.case.generatrix import Generatrix, bulging, straight, through, zone
+from softbrake.case.sections.shell import shell_of
 from softbrake.core.arrays import Floats
 from softbrake.core.columns import History
 from softbrake.sim.build import build_model, grid_view
@@ -217,3 +219,71 @@ def test_books_of_drops_close(shape: str, fidelity: str) -> None:
         after = model.hoop.whole * float(model.mass @ w.sum(axis=1) + model.cargo_mass * w[-1, 0])
         before = -6.0 * model.hoop.whole * float(model.n2 * model.mass[1:].sum() + model.cargo_mass)
         assert after - before == pytest.approx(impulse, abs=1e-10 * abs(before))
+
+
+REFUSED = [
+    (
+        "{profile: barrel, lower_diameter: 1 m, upper_diameter: 1 m, height: 1 m, bulge: 0.4 m}",
+        "shell.bulge: an arc of 0.4 m does not",
+    ),
+    (
+        "{profile: barrel, lower_diameter: 2 m, upper_diameter: 1 m, height: 0.6 m, bulge: 0.4 m}",
+        "is cut by a cover; a larger radius",
+    ),
+    ("{profile: sphere, diameter: 1 m, lower_diameter: 1 m, upper_diameter: 0.5 m}", "a cover as wide as the ball or wider"),
+    (
+        "{profile: table, heights: [0 m, 0.5 m, 0.4 m], diameters: [1 m, 1 m, 1 m]}",
+        "shell.heights.2: not above the value before it",
+    ),
+    (
+        "{profile: table, heights: [0.1 m, 0.5 m], diameters: [1 m, 1 m]}",
+        "shell.heights.0: not at the lower cover; 0 m is expected",
+    ),
+    (
+        "{profile: table, heights: [0, 0.33, 1], diameters: [1.8, 0.0994, 1.9]}",
+        "shell.diameters.1: the wall comes to 0.0497 m from",
+    ),
+    (
+        "{profile: cone, lower_diameter: 1 m, upper_diameter: 0.04 m, height: 1 m}",
+        "shell.upper_diameter: the wall comes to 0.02 m",
+    ),
+    (
+        "{profile: pattern, height: 1.5 m, lengths: [0 m, 1 m], diameters: [1 m, 1 m]}",
+        "1 m of cloth do not reach from cover to cover",
+    ),
+    (
+        "{profile: pattern, height: 0.1 m, lengths: [0 m, 0.2 m, 1 m], diameters: [0.4 m, 1 m, 1 m]}",
+        "row 1: the radius changes by 0.3 m; 0.2 m",
+    ),
+    ("{profile: pattern, height: 1.8, lengths: [0, 0.94, 1.88], diameters: [2, 0.5, 2]}", "row 2: a hoop of 0.5 m would hang at"),
+    ("{profile: cone, diameter: 1 m, height: 1 m}", "shell.diameter: not a key of the profile cone; profile, lower_diameter"),
+]
+
+
+@pytest.mark.parametrize(("shape", "message"), REFUSED, ids=[message[:30] for _, message in REFUSED])
+def test_profiles_that_cannot_be_are_refused(shape: str, message: str) -> None:
+    with pytest.raises(CaseError) as caught:
+        case_of(shape, box=0.02)
+    assert any(message in fault for fault in caught.value.faults), caught.value.faults
+
+
+def test_a_pattern_has_no_piston() -> None:
+    with pytest.raises(CaseError, match="a pattern no volume before it is blown up; another fidelity, or another profile"):
+        case_of("{profile: pattern, height: 0.9, lengths: [0, 1], diameters: [1, 1]}", fidelity="lumped")
+
+
+@pytest.mark.parametrize("shape", [*SHAPES, "{profile: pattern, height: 0.9, lengths: [0, 0.5, 1.1], diameters: [1, 1.2, 0.9]}"])
+def test_a_resolved_case_has_the_same_shell(shape: str) -> None:
+    case = case_of(shape)
+    written = json.loads(json.dumps(case_to_dict(case)))
+    assert parse_case(json.dumps(written), "shape.yaml") == case
+    assert shell_of(written["shell"]) == case.shell
+
+
+def test_mass_does_not_depend_on_where_rows_meet_a_kink() -> None:
+    """Of the wall of a table: that of its cloth, for rows that meet no kink as well, but for hoops cut at it."""
+    areas = []
+    for cells in (20, 21, 22, 23):
+        model = build_model(case_of("table", cells))
+        areas.append(model.hoop.whole * model.n2 * float(model.mass.sum()) / 0.1)
+    assert areas == pytest.approx([case_of("table").shell.area] * 4, rel=2e-3)

@@ -217,4 +217,7 @@ def hung(height: float, lengths: Sequence[float], diameters: Sequence[float]) ->
     for length, radius in zip(lengths, radii, strict=True):
         line = radii[0] + (radii[-1] - radii[0]) * length / total
         places.append((height * length / total, line + part * (radius - line)))
+        if places[-1][1] > radius * (1.0 + 1e-9):
+            fault = f"row {len(places)}: a hoop of {2 * radius:.6g} m would hang at a diameter of {2 * places[-1][1]:.6g} m"
+            raise ValueError(f"{fault}; cloth without a waist, or longer,")
     return through(places)

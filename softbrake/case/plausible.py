@@ -78,7 +78,7 @@ class Foreseen(NamedTuple):
 def figures(case: Case) -> dict[str, float]:
     """Figures of RANGES in SI units, for a shell of its unloaded shape."""
     shell, fabric, cargo, pressure = case.shell, case.fabric, case.cargo, case.filling.largest
-    cover = math.pi * shell.upper_diameter**2 / 4
+    cover = math.pi * (shell.mean_diameter if case.model.fidelity == "lumped" else shell.upper_diameter) ** 2 / 4
     belts = sum(2.0 * math.pi * shell.hoop(shell.along(belt.height)) * belt.line_density for belt in case.belts)
     mass = shell.area * fabric.areal_density + belts
     critical = breathing_viscosity(1.0, shell.diameter, fabric.areal_density, fabric.E22, fabric.contraction)
@@ -177,7 +177,7 @@ def _step(case: Case) -> float:
     along = math.sqrt(fabric.E11 * stiffest) / (case.shell.wall / case.grid.generatrix)
     around = math.sqrt(fabric.E22 * stiffest) / (2.0 * math.pi * case.shell.generatrix.narrowest / case.grid.hoop)
     if case.model.fidelity in ONE_COLUMN:
-        around = math.sqrt(fabric.E22 * stiffest) / case.shell.diameter  # half the breathing frequency
+        around = math.sqrt(fabric.E22 * stiffest) / (2.0 * case.shell.generatrix.narrowest)  # half the breathing frequency
     return case.time.courant / max(along, around)
 
 

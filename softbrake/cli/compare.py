@@ -90,13 +90,13 @@ def compare(
             interval=read_interval(interval),
         )
     except ValueError as error:
-        fail(f"{test}: {error}")
+        fail(f"{result} beside {test}: {error}")
     if json:
         typer.echo(comparison_json(comparison))
     else:
-        print_comparison(comparison, gravity)
+        print_comparison(comparison)
     for name in comparison.opposed:
-        typer.echo(f"{test}: '{name}' runs against the drop; --invert '{name}' turns it", err=True)
+        typer.echo(f"{test}: '{name}' comes nearer to the drop with the other sign; --invert '{name}' turns it", err=True)
     for file in output or ():
         _write(result, comparison, file)
 

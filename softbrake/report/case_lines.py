@@ -60,12 +60,13 @@ def _gas(opened: CaseFile) -> list[tuple[str, str]]:
     case, gas = opened.case, opened.case.gas
     if gas is None:
         return [("gas", f"{case.filling.law}, {_law(opened)}")]
-    mass = unloaded_mass(case, gas)
+    known = case.shell.profile != "pattern"  # the volume, before it is blown up
+    held = f", {unloaded_mass(case, gas):.4g} kg in the unloaded shell" if known else ""
     names = ["pressure", "temperature", "gamma", "gas_constant", *["exponent"] * (gas.process == "polytropic")]
     lines = [
         ("gas", f"{gas.process}, {_values(opened, *(f'gas.{name}' for name in names[:2]))}"),
         ("", _values(opened, *(f"gas.{name}" for name in names[2:]))),
-        ("", f"{case.ambient.pressure + gas.pressure:.6g} Pa absolute, {mass:.4g} kg in the unloaded shell"),
+        ("", f"{case.ambient.pressure + gas.pressure:.6g} Pa absolute{held}"),
         ("", f"speed of sound {gas.speed_of_sound:.4g} m/s, choked below a ratio of {gas.choking_ratio:.4g}"),
         ("ambient", _values(opened, "ambient.pressure", "ambient.temperature")),
     ]
@@ -142,8 +143,9 @@ def _derived(case: Case) -> list[tuple[str, str]]:
             ("shell mass", f"{found['shell mass over cargo mass']:.3g} of the cargo's"),
         ]
     share = f"; the case has {law.largest / full:.3g} of it" if full > 0.0 else ""
+    if case.shell.profile != "pattern":
+        lines.append(("full stop", f"at {full / 1e3:.4g} kPa (section 2.2){share}"))
     lines += [
-        ("full stop", f"at {full / 1e3:.4g} kPa (section 2.2){share}"),
         (f"{filled} pressure", f"{shown(name, found[name], lambda _: '')} of deceleration, net of gravity"),
     ]
     if run is None:

@@ -10,12 +10,13 @@ PEAKS = {"deceleration": "peak", "pressure": "peak", "velocity": "largest downwa
 CHANGES = {"deceleration": ("velocity change", "m/s"), "velocity": ("change", ""), "height": ("change", "")}
 
 
-def heading_lines(found: Comparison, gravity: str | None = None) -> list[str]:
-    """What is compared: shift, interval, class. gravity: `in` or `out` of decelerations, where there is one."""
+def heading_lines(found: Comparison) -> list[str]:
+    """What is compared: shift, interval, class, gravity."""
     how = "found by least squares" if found.shift_found else "given"
     start, stop = (1e3 * time for time in found.interval)
     filtered = "unfiltered" if found.cfc is None else f"both behind CFC {found.cfc}"
-    weight = f"; gravity is {gravity} the deceleration" if gravity is not None else ""
+    decelerated = any(each.quantity == "deceleration" for each in found.quantities)
+    weight = f"; gravity is {'' if found.added else 'not '}in the deceleration" if decelerated else ""
     return [
         f"Times of the test are shifted by {round(1e3 * found.shift, 3) + 0.0:g} ms, {how}.",
         f"Compared from {start:.5g} to {stop:.5g} ms of the drop at 10 kHz, {filtered}{weight}.",

@@ -16,7 +16,7 @@ def chosen(channels: Sequence[Channel], names: Sequence[str], source: str) -> li
     a drop has, or where two measure the same.
     """
     if names:
-        found = [_named(channels, name, source) for name in names]
+        found = [_named(channels, name, source) for name in dict.fromkeys(names)]
     else:
         found = [channel for channel in channels if channel.quantity is not None]
     if not found:

@@ -154,11 +154,11 @@ def _rows_along(case: Case) -> list[float]:
 
 
 def _shape(case: Case) -> Shape:
-    """Unloaded lengths (m): of edges from row to row of the profile; of a pattern those of its cloth."""
+    """Unloaded lengths (m): chords from row to row of an arc; of other profiles the cloth between them, kinks or not."""
     n1, hoop, shell = case.grid.generatrix, case.grid.hoop, case.shell
     radius = np.array([shell.hoop(along) for along in _rows_along(case)])
     h1 = np.full(n1 + 1, shell.wall / n1)
-    if shell.profile not in ("cylinder", "cone", "pattern"):
+    if shell.profile in ("barrel", "sphere"):  # chords
         z, _ = places(case)
         h1[:-1] = np.hypot(np.diff(z), np.diff(radius))
         h1[-1] = h1[-2]

@@ -12,9 +12,11 @@ from softbrake.core.columns import History
 from softbrake.core.second_order import filter_samples
 from softbrake.sim.summary import FilteredPeaks, PeakValue, Phase
 
-CORNER = 2.0775  # Hz per class, where one pass has the gain 0.707; both have it at 1.667
+CORNER = 2.0775  # Hz per class, where one pass has the gain 0.707
+BOTH = 5.0 / 3.0  # Hz per class, where both passes have the gain 0.707
 SAMPLES = 100  # in a period of the corner; a mean over one takes 2e-4 off what the corner lets through
 LEAST_ROWS = 10.0  # per second and class: the standard's lowest rate of sampling
+UNEVEN = 0.01  # of the time between samples, that written times may be off
 LEAST_PERIODS = 3.0  # of the corner in a record
 MIRRORED = 0.01  # s, at both ends
 TENSIONS = {
@@ -68,8 +70,8 @@ def unfit(time: Floats, cfc: float) -> str | None:
     if not np.isfinite(time).all():
         return "rows that are no numbers"
     apart, allowed = float(np.diff(time).max(initial=0.0)), 1.0 / (LEAST_ROWS * cfc)
-    if apart > allowed:
-        return f"rows {apart * 1e3:.2g} ms apart, {allowed * 1e3:.2g} allowed"
+    if apart > allowed * (1.0 + UNEVEN):
+        return f"rows {apart * 1e3:.3g} ms apart, {allowed * 1e3:.3g} allowed"
     lasts, least = float(time[-1] - time[0]), LEAST_PERIODS / (CORNER * cfc)
     return f"{lasts * 1e3:.2g} ms long, {least * 1e3:.2g} expected" if lasts < least else None
 

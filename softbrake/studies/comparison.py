@@ -12,12 +12,14 @@ from numpy.typing import NDArray
 
 from softbrake.core.arrays import Floats
 from softbrake.signals.channel import Channel
-from softbrake.sim.filters import filtered, filtered_slope, unfit
+from softbrake.sim.filters import BOTH, filtered, filtered_slope, unfit
 
 RATE = 10_000  # samples per second of the even axis, as ISO/TS 18571 asks
 MOST_STEPS = 1 << 40  # of the axis; no bound
 LEAST = 0.01  # s, of an interval compared; a rating takes slopes over 0.9 ms
+MOST_RATED = 6000  # samples of a pair; the package takes 1.4 GB for them, and memory grows as their square
 NEAR = 1e-9  # s
+SAMPLE = 1.0 / RATE  # s, by which filtered records begin late and end early
 FLAT = 1e-9  # of the largest value, what a curve must change by to be rated
 COLUMNS = {"deceleration": "acceleration", "pressure": "pressure", "velocity": "velocity", "height": "height"}
 
@@ -57,6 +59,8 @@ def measured_curve(channel: Channel, cfc: int | None) -> Curve:
     """Return a channel behind a class, if any; one that has passed it stays as it is. Raises ValueError as `computed_curve`."""
     if channel.fault is not None:
         raise ValueError(channel.fault)
+    if cfc is not None and channel.cfc is not None and channel.cfc < cfc:
+        raise ValueError(f"'{channel.name}' has passed CFC {channel.cfc}; this class or a lower one is expected")
     if cfc is None or channel.cfc == cfc:
         return Curve(channel.time, channel.values)
     found = filtered(channel.time, channel.values, cfc)
@@ -70,14 +74,17 @@ def common(test: Curve, computed: Curve, shift: float) -> tuple[float, float]:
     return max(test.time[0] + shift, computed.time[0]), min(test.time[-1] + shift, computed.time[-1])
 
 
-def paired(test: Curve, computed: Curve, shift: float, interval: tuple[float, float]) -> Pair:
-    """Return both curves at 10 kHz over an interval (s, of the drop) that both cover. Raises ValueError where it does not."""
+def _cut(curve: Curve, start: float, stop: float) -> Curve:
+    """The part of a curve within times (s), its ends included."""
+    within = (curve.time > start) & (curve.time < stop)
+    time = np.concatenate(([start], curve.time[within], [stop]))
+    return Curve(time, np.interp(time, *curve))
+
+
+def _paired(test: Curve, computed: Curve, shift: float, interval: tuple[float, float]) -> Pair:
+    """Return both curves at 10 kHz over an interval (s, of the drop) that both cover."""
     start, stop = interval
-    first, last = common(test, computed, shift)
-    count = round((stop - start) * RATE) + 1
-    if start < first - NEAR or stop > last + NEAR or count < 2:
-        raise ValueError(f"from {start:.6g} to {stop:.6g} s: test and drop share {first:.6g} to {last:.6g} s")
-    time = start + np.arange(count) / RATE
+    time = start + np.arange(round((stop - start) * RATE) + 1) / RATE
     return Pair(time, np.interp(time - shift, *test), np.interp(time, *computed))
 
 
@@ -100,6 +107,19 @@ def found_shift(curves: Sequence[tuple[Curve, Curve]], least: float = -np.inf, m
         if (bend := before - 2.0 * here + after) > 0.0:
             return float((first + k + 0.5 * (before - after) / bend) / RATE)
     return (first + k) / RATE
+
+
+def _turned(test: Curve, computed: Curve, shift: float | None) -> bool:
+    """Whether a test with the other sign comes nearer to the drop, at its own best shift unless one is given."""
+
+    def least(curve: Curve) -> float:
+        first, misfits = _misfits(curve, computed)
+        if shift is None:
+            return float(misfits.min())
+        at = round(shift * RATE) - first
+        return float(misfits[at]) if 0 <= at < len(misfits) else math.inf
+
+    return least(Curve(test.time, -test.values)) < least(test)
 
 
 def _misfits(test: Curve, computed: Curve) -> tuple[int, Floats]:
@@ -165,6 +185,7 @@ class Compared:
     pair: Pair
     test: Marks
     computed: Marks
+    turned: bool  # whether the test with the other sign comes nearer to the drop
     rms: float  # of the difference, SI
     rating: Rating | None
     unrated: str | None  # why there is no rating, else None
@@ -178,12 +199,13 @@ class Comparison:
     shift_found: bool  # by least squares, not given
     interval: tuple[float, float]  # s, of the drop
     cfc: int | None
+    added: float  # m/s^2, that the decelerations have above those net of gravity
     quantities: tuple[Compared, ...]
 
     @property
     def opposed(self) -> list[str]:
-        """Channels whose changes run against those of the drop."""
-        return [each.channel for each in self.quantities if np.sum(_about_mean(each.pair.test) * each.pair.computed) < 0.0]
+        """Channels that come nearer to the drop with the other sign."""
+        return [each.channel for each in self.quantities if each.turned]
 
 
 def compare(
@@ -198,35 +220,43 @@ def compare(
     """Lay channels of a test, each of another quantity, beside the history of a drop.
 
     added: m/s^2, what the test's accelerometer reads above the net deceleration: the case's gravity, or 0 where it was taken out.
-    shift: s, added to the test's times; None finds it. interval: s, of the drop; None is all that drop and test share.
+    shift: s, added to the test's times; None finds it. interval: s, of the drop; None is all that drop and test share, but a
+    period of the class's corner at both ends of the drop: what was before and after it is in the test's there.
     Raises ValueError.
     """
+    margin = 0.0 if cfc is None else 1.0 / (BOTH * cfc)
     curves = []
     for channel in channels:
         assert channel.quantity is not None
-        curves.append((measured_curve(channel, cfc), computed_curve(history, channel.quantity, cfc, added)))
+        test = measured_curve(channel, cfc)
+        try:
+            drop = computed_curve(history, channel.quantity, cfc, added)
+        except ValueError as error:
+            cure = "a smaller output.history_interval or class is expected"
+            raise ValueError(f"the history of the drop: {error}; {cure}") from None
+        start, stop = interval or (drop.time[0] + margin, drop.time[-1] - margin)
+        if stop - start < LEAST or start < drop.time[0] - SAMPLE or stop > drop.time[-1] + SAMPLE:
+            asked, known = f"{start:.6g} to {stop:.6g} s", f"{drop.time[0]:.6g} to {drop.time[-1]:.6g} s"
+            raise ValueError(f"{asked} of a drop known from {known}; {LEAST:g} s at least, within it, are expected")
+        curves.append((test, _cut(drop, start, stop)))
     moved = found_shift(curves) if shift is None else shift
     shared = [common(test, computed, moved) for test, computed in curves]
-    whole = max(start for start, _ in shared), min(stop for _, stop in shared)
-    within = interval or whole
-    if within[1] - within[0] < LEAST or within[0] < whole[0] - NEAR or within[1] > whole[1] + NEAR:
-        asked = "they share" if interval is None else f"{within[0]:.6g} to {within[1]:.6g} s is asked for; they share"
-        known = f"{asked} {whole[0]:.6g} to {whole[1]:.6g} s" if whole[1] > whole[0] else "they share no time"
-        raise ValueError(f"test and drop, shifted by {moved:.6g} s: {known}; {LEAST:g} s at least are expected")
+    within = max(start for start, _ in shared), min(stop for _, stop in shared)
+    lacking = interval is not None and (within[0] > interval[0] + NEAR or within[1] < interval[1] - NEAR)
+    if within[1] - within[0] < LEAST or lacking:
+        known = f"they share {within[0]:.6g} to {within[1]:.6g} s" if within[1] > within[0] else "they share no time"
+        expected = f"{LEAST:g} s at least are" if not lacking else "an interval within is"
+        raise ValueError(f"test and drop, shifted by {moved:.6g} s: {known}; {expected} expected")
     found = []
     for channel, (test, computed) in zip(channels, curves, strict=True):
-        pair = paired(test, computed, moved, within)
+        pair = _paired(test, computed, moved, within)
         rating, unrated = rate(pair)
         quantity = str(channel.quantity)
         rms = float(np.sqrt(np.mean((pair.computed - pair.test) ** 2)))
         ours, theirs = (marks_of(quantity, pair.time, values, added) for values in (pair.computed, pair.test))
-        found.append(Compared(quantity, channel.name, channel.unit, pair, theirs, ours, rms, rating, unrated))
-    return Comparison(moved, shift is None, within, cfc, tuple(found))
-
-
-def _about_mean(values: Floats) -> Floats:
-    changes: Floats = values - values.mean()
-    return changes
+        turned = _turned(test, computed, shift)
+        found.append(Compared(quantity, channel.name, channel.unit, pair, theirs, ours, turned, rms, rating, unrated))
+    return Comparison(moved, shift is None, within, cfc, added, tuple(found))
 
 
 def marks_of(quantity: str, time: Floats, values: Floats, added: float) -> Marks:
@@ -253,6 +283,8 @@ def rate(pair: Pair) -> tuple[Rating | None, str | None]:
     for name, values in (("test", pair.test), ("drop", pair.computed)):
         if np.ptp(values) <= FLAT * np.abs(values).max():
             return None, f"the {name} is flat"
+    if len(pair.time) > MOST_RATED:
+        return None, f"{(len(pair.time) - 1) / RATE:.3g} s are too long, up to {MOST_RATED / RATE:g} s are expected; --interval"
     try:
         from dtwalign import backtrack, cost
         from objective_rating_metrics.rating import ISO18571

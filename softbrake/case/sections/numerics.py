@@ -70,9 +70,13 @@ class _GridSection(Section):
         edge = shell.diameter * math.sin(math.pi / hoop)
         narrow = shell.generatrix.narrowest
         if narrow < edge:
-            row = next(row for row in range(201) if shell.at(shell.wall * row / 200.0)[1] < edge) / 2.0
-            place, where = draft.last_given("shell.lower_diameter", "shell.upper_diameter", "shell.diameters", "grid.hoop")
-            fault = f"the wall comes to {narrow:.4g} m from the axis, {row:g} % of its length above the lower cover"
+            pieces = shell.generatrix.pieces
+            ends = [*(piece.at(0.0)[1] for piece in pieces), pieces[-1].at(pieces[-1].length)[1]]
+            row = ends.index(min(ends))
+            name = "diameters" if shell.diameters else "upper_diameter" if row else "lower_diameter"
+            place, _ = draft.last_given(f"shell.{name}", "grid.hoop")
+            where = f"shell.{name}" + (f".{row}" if shell.diameters else "")
+            fault = f"the wall comes to {narrow:.4g} m from the axis"
             draft.fault(place, where, fault, f"{edge:.4g} m, the hoop edge of the widest row, or more is expected")
 
 
@@ -94,6 +98,10 @@ class _ModelSection(Section):
             courant = draft.written("time").get("courant", "auto")
             numerics = draft.written("grid") or model.get("scheme") == "cell" or courant != "auto"
             model["fidelity"] = "full" if numerics else "auto"
+        if model["fidelity"] == "lumped" and draft.values("shell").get("profile") == "pattern":
+            place, where = draft.last_given("model.fidelity")
+            fault = "the lumped model has no cloth, and a pattern no volume before it is blown up"
+            draft.fault(place, where, fault, "another fidelity, or another profile is expected")
         if node is not None and model["fidelity"] in ONE_COLUMN and model.get("scheme") == "cell":
             place, where = last_given(node, self.name, ["scheme", "fidelity"])
             fault = f"the {model['fidelity']} shell does not know the cell scheme"

@@ -12,10 +12,10 @@ MARKS = (Column(right=False, least=12), Column("test"), Column("drop"), Column("
 PARTS = ("overall", "corridor", "phase", "magnitude", "slope")
 
 
-def print_comparison(found: Comparison, gravity: str | None, console: Console | None = None) -> None:
-    """Print shift, interval, marks of each quantity and the ratings. gravity: `in` or `out` of decelerations."""
+def print_comparison(found: Comparison, console: Console | None = None) -> None:
+    """Print shift, interval, marks of each quantity and the ratings."""
     console = console or plain()
-    for line in heading_lines(found, gravity):
+    for line in heading_lines(found):
         console.print(line)
     for each in found.quantities:
         console.print(f"\n{each.quantity}: '{each.channel}'", style="bold", soft_wrap=True)
