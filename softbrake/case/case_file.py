@@ -173,7 +173,7 @@ def _checked(
     for index, override in enumerate(overrides, count):
         change = override if isinstance(override, Override) else Override(override, Place((1, index, 0), f"--set {override}"))
         tree = overridden(tree, change, ALL, told.fault)
-    draft = Draft(tree, Path(name).stem, ALL, sound)
+    draft = Draft(tree, Path(name).stem if sound is None else sound.stem, ALL, sound)
     draft.faults += told.faults
     case = complete(draft)
     if case is None:

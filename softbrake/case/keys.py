@@ -91,7 +91,8 @@ class Key:
             elif self.kind is str:
                 sound = isinstance(item, str)
             else:
-                real = isinstance(item, Integral if self.kind is int else Real) and not isinstance(item, bool)
+                real = type(item) is (int if self.kind is int else float)  # which tells the most of them sooner
+                real = real or (isinstance(item, Integral if self.kind is int else Real) and not isinstance(item, bool))
                 sound = real and math.isfinite(item) and self._within(item)
             if not sound:
                 expected = replace(self, many=False, auto="").expected

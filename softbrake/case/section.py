@@ -60,6 +60,7 @@ class Draft(Checker):
         self.members = _Members(root.value, self._note)
         self._found: dict[tuple[str, bool], tuple[Any, set[str]]] = {}  # what was read or built, and of what
         self._sound = sound
+        self._changed = set() if sound is None else _changes(root.value, sound._root.value)
 
     @property
     def root(self) -> Node:
@@ -86,7 +87,7 @@ class Draft(Checker):
         key = (section, built)
         if key not in self._found:
             same = None if self._sound is None else self._sound._found.get(key)
-            if same is not None and all(map(self._is_sound, same[1])):
+            if same is not None and same[1].isdisjoint(self._changed):
                 self._found[key] = same
             else:
                 self._noted.append(set())
@@ -101,16 +102,6 @@ class Draft(Checker):
     def _note(self, name: str) -> None:
         if self._noted:
             self._noted[-1].add(name)
-
-    def _is_sound(self, name: str) -> bool:
-        """Whether a member is that of the sound draft."""
-        assert self._sound is not None
-        own, theirs = self._root, self._sound._root
-        if name == _ALL:
-            return own is theirs
-        if name == _NAMES:
-            return own.value.keys() == theirs.value.keys()  # type: ignore[union-attr]
-        return own.value.get(name) is theirs.value.get(name)  # type: ignore[union-attr]
 
     def settle(self) -> None:
         """Forget the draft that this one began with."""
@@ -131,6 +122,12 @@ class Draft(Checker):
         """What the file gives in a section, as it is written, not checked."""
         node = self.members.get(section)
         return {key: item.value for key, item in node.value.items()} if node and isinstance(node.value, dict) else {}
+
+
+def _changes(members: dict[str, Node], others: Any) -> set[str]:
+    """What to note of members that are not those of another file."""
+    changed = {name for name in {**members, **others} if members.get(name) is not others.get(name)}
+    return changed | ({_ALL} if changed else set()) | ({_NAMES} if members.keys() != others.keys() else set())
 
 
 class Part:
