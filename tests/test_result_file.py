@@ -268,7 +268,7 @@ def test_phases_and_filtered_peaks_round_trip(tmp_path: Path, small: Path) -> No
     filtered = FilteredPeaks(60, None, PeakValue(18.0, 0.005, None, "overshoot", PeakValue(12.0, 0.05, None, "crushing")))
     for answer in (
         replace(drop.summary(), peaks={"peak_tension_hoop": hoop}, filtered=filtered),
-        replace(drop.summary(), filtered=FilteredPeaks(60, "rows 3 ms apart, 1.7 allowed")),
+        replace(drop.summary(), filtered=FilteredPeaks(60, "rows 3 ms apart, 1.67 allowed")),
     ):
         results.replace_summary(file, answer)
         assert results.read_summary(file) == replace(answer, results=str(file))
