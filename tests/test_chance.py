@@ -6,6 +6,7 @@ import math
 import statistics
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import replace
+from itertools import islice
 from pathlib import Path
 from typing import Any
 
@@ -146,7 +147,7 @@ def test_a_deviation_in_degrees_is_a_difference() -> None:
         (["cargo.mass=uniform(3 kg, 2 kg)"], {}, "does not rise; uniform(LOW, HIGH) is expected"),
         (["cargo.mass=triangular(1, 4, 3)"], {}, "does not rise; triangular(LOW, MODE, HIGH)"),
         (["grid.hoop=normal(120, 3)"], {}, "a distribution of what is no quantity"),
-        (["cargo.masss=normal(5, 1)"], {}, "cargo.masss: a distribution of what is no quantity"),
+        (["cargo.masss=normal(5, 1)"], {}, "cargo.masss: unknown key; did you mean 'mass'?"),
         (
             ["cargo.mass=normal(500, 3)"],
             {"mode": "grid", "samples": None},
@@ -507,11 +508,13 @@ def test_samples_double_until_the_chance_is_known(
         assert refused.exit_code == 2 and message in refused.output
     with pytest.raises(SweepError, match="holds another sweep"):
         run_sweep(designs_of(piston, VARIED, {"mode": "sobol", "samples": 64, "seed": 1}), folder, growing=True)
-    assert [len(designs.all) for designs, _ in growing(piston, VARIED, {"mode": "random", "until": "0.1", "samples": 200})] == [
-        64,
-        128,
-        200,
-    ]
+    stages = growing(piston, VARIED, {"mode": "random", "until": "0.1", "samples": 200})
+    assert [len(designs.all) for designs, _ in stages] == [64, 128, 200]
+    case.write_text(
+        json.dumps({**PISTON, "sweep": {"mode": "sobol", "samples": 80, "until": 0.1, "vary": {"cargo.mass": "1:2"}}})
+    )
+    for settings, counts in (({}, [64, 80]), ({"until": "0.2"}, [64, 128, 256]), ({"until": "0.2", "samples": 70}, [64, 70])):
+        assert [len(designs.all) for designs, _ in islice(growing(open_case(case), (), settings), 3)] == counts
 
 
 def test_the_page_and_the_json_of_a_sample_have_its_chance(

@@ -160,7 +160,9 @@ def growing(file: CaseFile, vary: Sequence[str], settings: Mapping[str, Any]) ->
     """
     check = Checker()
     section = _section(file, settings, check)[1]
-    until, most = section.get("until"), section.get("samples", MOST_RUNS)
+    until = section.get("until")
+    bounding = section if settings.get("until") is None else settings  # samples of the file bound an accuracy of the file
+    most = section["samples"] if bounding.get("samples") is not None else MOST_RUNS
     if until is None or check.faults:
         yield designs_of(file, vary, settings), None
         return

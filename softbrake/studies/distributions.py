@@ -54,15 +54,15 @@ class Distribution:
 def distribution_of(text: str, key: Key | None) -> tuple[Distribution, str] | None:
     """Read a distribution such as `normal(8.5 m/s, 0.4 m/s)` of a key, and the unit of its first number.
 
-    None where the text is none. Raises ValueError, in words: also where a sample can leave what the key allows.
+    None where the text is none, or the key unknown. Raises ValueError, in words, also where a sample can leave what the key has.
     """
     match = _FORM.fullmatch(text)
-    if match is None:
+    if match is None or key is None:
         return None
     form, inner = match.groups()
     if form not in FORMS:
         raise ValueError(f"unknown distribution '{form}'; {', '.join(FORMS)} are known")
-    if key is None or not isinstance(key.kind, Dimension):
+    if not isinstance(key.kind, Dimension):
         raise ValueError("a distribution of what is no quantity; values between commas are expected")
     parts = [part.strip() for part in inner.split(",")]
     expected = FORMS[form]
