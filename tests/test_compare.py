@@ -336,3 +336,12 @@ def test_what_no_record_tells_is_asked(softbrake: Command, dropped: Path) -> Non
         done = softbrake("compare", "bag.vtkhdf", "t.csv", *words)
         assert (done.returncode, done.stderr.strip()) == (2, message)
         assert done.stdout == ""
+
+
+def test_a_channel_of_unknown_unit_is_named(softbrake: Command, dropped: Path) -> None:
+    rows = "".join(f"{k * 1e-3},{k % 7},{1 + k},{k}\n" for k in range(200))
+    (dropped / "t.csv").write_text("t [s],acc z [G],p [kPa],E [J]\n" + rows, encoding="utf-8")
+    done = softbrake("compare", "bag.vtkhdf", "t.csv", "--pressure", "gauge", "--cfc", "none")
+    assert done.returncode == 0
+    assert done.stderr.splitlines()[0] == "t.csv: 'acc z' is in 'G', and not compared; --unit 'acc z=g' gives it one"
+    assert "'E'" not in done.stderr

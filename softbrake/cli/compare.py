@@ -114,16 +114,20 @@ def read_test(
     """Return the channels of a test that a drop has too, in its terms; end the command where they are not clear."""
     from softbrake.signals import read_channels
     from softbrake.signals.channel import SignalError
-    from softbrake.signals.choice import chosen, in_terms_of_drop
+    from softbrake.signals.choice import chosen, in_terms_of_drop, unknown_units
 
     pairs = [unit.partition("=") for unit in units or ()]
     for name, equals, unit in pairs:
         if not (name and equals and unit):
             fail(f"--unit {name}{equals}{unit}: NAME=UNIT is expected, as 'acc z=g'")
     try:
-        found = chosen(read_channels(test, units={name: unit for name, _, unit in pairs}, time=time), names or (), str(test))
+        there = read_channels(test, units={name: unit for name, _, unit in pairs}, time=time)
+        found = chosen(there, names or (), str(test))
     except (SignalError, OSError) as error:
         fail(error if isinstance(error, SignalError) else f"{test}: cannot be read: {error.strerror or error}")
+    for channel in () if names else unknown_units(there):
+        unit = f"in '{channel.unit}'" if channel.unit else "without a unit"
+        typer.echo(f"{test}: '{channel.name}' is {unit}, and not compared; --unit '{channel.name}=g' gives it one", err=True)
     known = {name for channel in found for name in (channel.name, channel.code)}
     if strange := [name for name in turned or () if name not in known]:
         fail(f"--invert {strange[0]}: is not compared; {', '.join(repr(channel.name) for channel in found)} are")

@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from dataclasses import replace
 from difflib import get_close_matches
 
+from softbrake.case.units import GRAVITIES, measure
 from softbrake.signals.channel import QUANTITIES, Channel, SignalError
 
 
@@ -43,6 +44,19 @@ def _named(channels: Sequence[Channel], name: str, source: str) -> Channel:
         unit = f"in '{matching[0].unit}'" if matching[0].unit else "without a unit"
         raise SignalError(f"{source}: '{name}' is {unit}, none of {', '.join(QUANTITIES)}; --unit '{name}=g' gives it one")
     return matching[0]
+
+
+def unknown_units(channels: Sequence[Channel]) -> list[Channel]:
+    """Channels of which nobody knows what they measure: their unit is none, or not said."""
+
+    def unknown(unit: str) -> bool:
+        try:
+            measure(unit)
+        except ValueError:
+            return unit not in GRAVITIES
+        return not unit
+
+    return [channel for channel in channels if channel.quantity is None and unknown(channel.unit)]
 
 
 def in_terms_of_drop(channels: Sequence[Channel], *, turned: Sequence[str], ambient: float) -> list[Channel]:
