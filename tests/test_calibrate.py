@@ -16,11 +16,12 @@ from softbrake.case.case import Case
 from softbrake.case.case_file import CaseFile, case_file, open_case
 from softbrake.case.edited_text import edited
 from softbrake.core.arrays import Floats
+from softbrake.report.words import fitted_in_words, fitted_value
 from softbrake.signals.channel import QUANTITIES, Channel
 from softbrake.sim.result_file import as_history, history_dtype
 from softbrake.studies import calibration
 from softbrake.studies.batch import run_batch
-from softbrake.studies.calibration import Calibration, DropTest, NotCalibrated, calibrate
+from softbrake.studies.calibration import Calibration, DropTest, FittedInput, NotCalibrated, calibrate
 from softbrake.studies.comparison import COLUMNS
 from softbrake.studies.design_space import Variable, variable
 
@@ -162,6 +163,59 @@ def test_several_tests_and_channels_tell_more(lumped: CaseFile) -> None:
         assert one.interval[1] - one.interval[0] < other.interval[1] - other.interval[0]
 
 
+def turned(channels: Sequence[Channel], name: str) -> list[Channel]:
+    return [Channel(one.name, one.time, -one.values if one.name == name else one.values, one.unit) for one in channels]
+
+
+@pytest.mark.parametrize("quantities", [("deceleration",), ("velocity",), ("deceleration", "pressure")])
+def test_a_channel_with_the_other_sign_is_named(lumped: CaseFile, quantities: tuple[str, ...]) -> None:
+    """At the end that the fit is led to, or in the refusal; the last channel is turned. With the right sign none is."""
+    drop, wrong = measured(lumped.vary(TRUTH), quantities, shift=0.013), quantities[-1]
+    hint = f"made: '{wrong}' runs against the drop; --invert '{wrong}' turns it"
+    assert fitted(lumped, turned(drop, wrong), starts=8).opposed == (hint,)
+    assert fitted(lumped, drop, starts=2).opposed == ()
+
+
+def test_a_refusal_names_the_channel_with_the_other_sign(lumped: CaseFile) -> None:
+    """Turned, it is laid over the drop where next to nothing is left to compare."""
+    drop = measured(lumped.vary(TRUTH), ("pressure",), shift=0.013)
+    with pytest.raises(
+        ValueError, match="ms to compare.*; made: 'pressure' runs against the drop; --invert 'pressure' turns it$"
+    ):
+        fitted(lumped, turned(drop, "pressure"), starts=8)
+
+
+def test_a_coarse_test_is_named(lumped: CaseFile) -> None:
+    (drop,) = measured(lumped.vary(TRUTH))
+    with pytest.raises(ValueError, match="^made: deceleration: CFC 60: rows 4 ms apart"):
+        fitted(lumped, [Channel(drop.name, drop.time[::40], drop.values[::40], drop.unit)])
+
+
+def test_two_tests_of_one_name_are_refused(lumped: CaseFile) -> None:
+    test = DropTest("made", tuple(measured(lumped.case)), lumped.vary)
+    with pytest.raises(ValueError, match="made: a name of two tests"):
+        calibrate([test, test], variables(lumped, FITS), [0.6, 8.5], cfc=60)
+
+
+@pytest.mark.parametrize(
+    ("value", "interval", "shown", "between"),
+    [
+        (0.668512, (0.653512, 0.683912), "0.669", "0.654 to 0.684 (95 %)"),
+        (0.60001, (0.60000977, 0.60001023), "0.60001000", "0.60000977 to 0.60001023 (95 %)"),
+        (0.99, (0.96, 1.02), "0.990", "0.960 to 1.020 (95 %)"),
+        (12345.0, (10000.0, 15000.0), "12300", "10000 to 15000 (95 %)"),
+        (1.2343e-7, (1.2e-7, 1.27e-7), "1.234e-07", "1.200e-07 to 1.270e-07 (95 %)"),
+        (0.6, (0.6, 0.6), "0.60000000000000", "0.60000000000000 to 0.60000000000000 (95 %)"),
+        (0.668512, None, "0.66851", "no interval, not determined"),
+    ],
+)
+def test_digits_are_those_of_the_interval(value: float, interval: tuple[float, float] | None, shown: str, between: str) -> None:
+    """Two of its half width; a value to the same place."""
+    ratio = Variable("vents.0.discharge", "", 0.1, 1.0, "", 1.0, "--fit")
+    one = FittedInput(ratio, value, interval, "" if interval else "not determined", None)
+    assert (fitted_value(one), fitted_in_words(one)) == (shown, between)
+
+
 def test_without_scipy_a_line_says_what_to_install(lumped: CaseFile, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setitem(sys.modules, "scipy", None)
     monkeypatch.setitem(sys.modules, "scipy.optimize", None)
@@ -299,6 +353,17 @@ def test_command_writes_a_case_that_runs_and_keeps_its_comments(softbrake: Comma
         (("--fit", "gas.pressure", "-o", "a.txt"), "ends in .png, .svg or .pdf; that of a case in .yaml"),
         (("--fit", "gas.pressure", "-o", "drop.yaml"), "drop.yaml: is the case file"),
         (("--fit", "gas.pressure", "--set", "vents.0.opens=20kPa"), "vents.0.opens"),
+        (("--fit", "vents.3.area"), "--fit vents.3.area: vents.3: vents is a list without a '3'; its numbers are 0"),
+        (("--fit", "vents.3.area=1cm^2:5cm^2"), "--fit vents.3.area: vents.3: vents is a list without a '3'; its numbers are 0"),
+        (
+            ("other.csv:cargo.mass=510kg,cargo.velocity=7", "--fit", "cargo.velocity"),
+            "cargo.velocity is fitted, one value for all",
+        ),
+        (("other.csv:vents.0={area: 500cm^2}", "--fit", "vents.0.discharge"), "vents.0.discharge is fitted, one value for all"),
+        (
+            ("./test.csv:cargo.mass=500kg", "--fit", "gas.pressure"),
+            "./test.csv:cargo.mass=500kg: given twice with the same values",
+        ),
     ],
 )
 def test_mistakes_are_told_in_a_line(
@@ -329,6 +394,14 @@ def test_a_test_may_have_values_of_its_own(softbrake: Command, tmp_path: Path, r
     assert done.returncode == 0, done.stderr
     (only,) = json.loads(done.stdout)["inputs"]
     assert only["interval"][0] < 0.66 < only["interval"][1]
+    tests = ["test.csv:cargo.mass=500kg", "test.csv:cargo.mass=510kg"]
+    told = softbrake("calibrate", "drop.yaml", *tests, *words[:-1], "--invert", "bag", "--force")
+    for test in tests:
+        assert f"Times of {test} are shifted by" in told.stdout, told
+        assert f"{test}: 'bag' runs against the drop; --invert 'bag' turns it\n" in told.stderr
+    assert f"# fitted to {', '.join(tests)}: " in (tmp_path / "drop-fitted.yaml").read_text()
+    negative = softbrake("calibrate", "drop.yaml", "test.csv", *words, "--seed", "-3", "--force")
+    assert negative.returncode == 2 and "'--seed'" in negative.stderr
     wrong = softbrake("calibrate", "drop.yaml", "test.csv:cargo.speed=8.2m/s", *words, "--force")
     assert wrong.returncode == 2
     assert wrong.stderr.startswith("test.csv:cargo.speed=8.2m/s: cargo.speed: unknown key")

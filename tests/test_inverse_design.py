@@ -23,6 +23,7 @@ from softbrake.core.arrays import GasPressure, PressureLaw
 from softbrake.core.pressure import pressure_at
 from softbrake.sim.simulation import Diverged
 from softbrake.studies import design_space
+from softbrake.studies.design_space import variable
 from softbrake.studies.error_control import Refined
 from softbrake.studies.inverse_design import (
     NUDGE,
@@ -40,6 +41,7 @@ from softbrake.studies.targets import NEAR, Target
 
 CONFIGS = Path(__file__).resolve().parents[1] / "configs"
 NO_BELTS = CONFIGS / "no-belts.yaml"
+VENTED = CONFIGS / "airdrop-vented.yaml"
 AXISYMMETRIC, LUMPED = "model.fidelity=axisymmetric", "model.fidelity=lumped"
 AREA = pi * 0.25**2  # m^2, of the cover
 MASS, SPEED, HEIGHT, GRAVITY = 100.0, 6.0, 0.6, 9.80665
@@ -371,6 +373,29 @@ def test_faults_of_a_question(words: dict[str, str], fault: str) -> None:
     with pytest.raises(ValueError) as caught:
         ask(open_case(NO_BELTS), **words)
     assert fault in str(caught.value)
+
+
+@pytest.mark.parametrize(
+    ("path", "low", "high"),
+    [
+        ("vents.0.discharge", 0.2, 1.0),  # at most 1
+        ("gas.gamma", 1.0 + 0.4 / 3.0, 4.2),  # above 1
+        ("vents.0.area", 0.02, 0.18),
+    ],
+)
+def test_a_range_by_default_ends_where_its_key_does(path: str, low: float, high: float) -> None:
+    file = open_case(VENTED, ["gas.gamma=1.4", "gas.gas_constant=287 J/kg/K"])
+    found = variable(file, path, None)
+    assert (found.low, found.high) == pytest.approx((low, high))
+    for end in (found.low, found.high):
+        assert file.vary({path: end})
+
+
+@pytest.mark.parametrize("between", [None, "1cm^2:5cm^2"])
+def test_a_number_that_a_list_has_not_is_named_before_its_range(between: str | None) -> None:
+    file = open_case(VENTED)
+    with pytest.raises(ValueError, match=r"^--find vents.3.area: vents.3: vents is a list without a '3'; its numbers are 0$"):
+        variable(file, "vents.3.area", between)
 
 
 def test_g_is_the_standard_gravity_where_an_acceleration_is_asked_for() -> None:

@@ -31,7 +31,7 @@ from softbrake.cli.options import CasePath, Json, Overrides, Quiet
 
 if TYPE_CHECKING:
     from softbrake.case.case_file import CaseFile
-    from softbrake.studies.calibration import Calibration
+    from softbrake.studies.calibration import Calibration, FittedInput
     from softbrake.studies.design_space import Variable
 
 OWN = re.compile(r"(.+?):([A-Za-z_][\w.]*=.*)")  # of a test: PATH:KEY=VALUE,KEY=VALUE
@@ -67,7 +67,7 @@ def calibrate(
     starts: Annotated[
         int | None, typer.Option("--starts", metavar="N", min=0, help="Places looked at; default: 16 for each input.")
     ] = None,
-    seed: Annotated[int, typer.Option("--seed", metavar="N", help="Of these places.")] = 0,
+    seed: Annotated[int, typer.Option("--seed", metavar="N", min=0, help="Of these places.")] = 0,
     output: Annotated[
         list[Path] | None,
         typer.Option(
@@ -97,13 +97,13 @@ def calibrate(
         fail("--cfc none: noise is judged behind a class; 60, 180, 600 or 1000 is expected")
     given = read_time("--shift", shift)
     within = read_interval(interval)
-    read = [_of_test(opened, text) for text in tests]
+    read = _of_tests(opened, tests, variables)
     found = []
-    for path, own in read:
+    for text, path, own in read:
         case = case_to_dict(own.case)
-        measured = read_test(Path(path), case, channels, units, time, turned, gravity, pressure)
-        found.append((path, own, measured, own.case.gravity if gravity == "in" else 0.0))
-    every = [own.case for _, own in read]
+        measured = read_test(path, case, channels, units, time, turned, gravity, pressure)
+        found.append((text, own, measured, own.case.gravity if gravity == "in" else 0.0))
+    every = [own.case for _, _, own in read]
     cases.warn_of_long_steps(every)
     cases.consider(every, opened)
     compile_for(every, quiet)
@@ -114,7 +114,7 @@ def calibrate(
 
     try:
         asked_of = [
-            DropTest(path, tuple(measured), searched(own, BUDGET, None).load, added) for path, own, measured, added in found
+            DropTest(text, tuple(measured), searched(own, BUDGET, None).load, added) for text, own, measured, added in found
         ]
         values = [opened.quantity(each.path) for each in variables]
         options = {"cfc": asked, "shift": given, "interval": within, "starts": starts, "seed": seed}
@@ -129,6 +129,8 @@ def calibrate(
         typer.echo(calibration_json(answer))
     else:
         print_calibration(answer)
+    for opposed in answer.opposed:
+        typer.echo(opposed, err=True)
     for file in files:
         _write(opened, overrides or (), answer, file)
     if answer.undetermined:
@@ -160,18 +162,32 @@ def _variables(file: CaseFile, texts: Sequence[str]) -> list[Variable]:
     return found
 
 
-def _of_test(file: CaseFile, text: str) -> tuple[str, CaseFile]:
-    """The file of a test, and the case as that test had it."""
+def _of_tests(file: CaseFile, texts: Sequence[str], fitted: Sequence[Variable]) -> list[tuple[str, Path, CaseFile]]:
+    """Each test as it was given, its file, and the case as that test had it."""
+    found: list[tuple[str, Path, CaseFile]] = []
+    for text in texts:
+        path, own = _of_test(file, text, [each.path for each in fitted])
+        if any(path.resolve() == other.resolve() and own.case == case.case for _, other, case in found):
+            fail(f"{text}: given twice with the same values; a test is fitted once")
+        found.append((text, path, own))
+    return found
+
+
+def _of_test(file: CaseFile, text: str, fitted: Sequence[str]) -> tuple[Path, CaseFile]:
     from softbrake.case.case_file import CaseError
     from softbrake.case.overrides import Override
     from softbrake.case.yaml_nodes import Place
 
     own = OWN.fullmatch(text)
     if own is None:
-        return text, file
+        return Path(text), file
     changes = [Override(change, Place((1, k, 0), text)) for k, change in enumerate(NEXT_KEY.split(own[2]))]
+    for change in changes:
+        given = change.text.partition("=")[0].strip()
+        if hidden := [path for path in fitted if f"{path}.".startswith(f"{given}.")]:
+            fail(f"{text}: {hidden[0]} is fitted, one value for all tests; --fit or values of tests are expected, not both")
     try:
-        return own[1], file.set(changes)
+        return Path(own[1]), file.set(changes)
     except CaseError as error:
         fail(error)
 
@@ -212,6 +228,14 @@ def _edited(file: CaseFile, overrides: Sequence[str], fitted: Sequence[str], com
     return text
 
 
+def _written(one: FittedInput) -> str:
+    """A fitted value in the unit shown, of six digits, or of more where its interval has them."""
+    from softbrake.report.words import fitted_value
+
+    value = one.value / one.variable.size
+    return min(f"{value:.6g}", fitted_value(one), key=lambda text: abs(float(text) - value))
+
+
 def _write(file: CaseFile, overrides: Sequence[str], answer: Calibration, to: Path) -> None:
     """Write the fitted case, unless something in it is not determined, or a picture."""
     from softbrake.report.plots.calibration import draw_calibration
@@ -226,7 +250,7 @@ def _write(file: CaseFile, overrides: Sequence[str], answer: Calibration, to: Pa
     else:
         names = ", ".join(dict.fromkeys(each.test for each in answer.channels))
         comments = {each.variable.path: f"fitted to {names}: {fitted_in_words(each)}" for each in answer.inputs}
-        values = [f"{each.variable.path}={each.variable.in_unit(each.value)}" for each in answer.inputs]
+        values = [f"{each.variable.path}={_written(each)} {each.variable.shown}".rstrip() for each in answer.inputs]
         text = _edited(file, overrides, values, comments)
         with writing(to), draft_of(to) as draft:
             Path(draft).write_bytes(text.encode("utf-8"))

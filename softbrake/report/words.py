@@ -18,6 +18,8 @@ if TYPE_CHECKING:
 SHOWN = 1e-5  # of the initial energy: less than that is what steps of finite length leave
 DUST = 1e-6  # m/s^2 or N/m: less than that is round-off
 MOST_MARGIN = 100.0  # above which strength is out of all proportion to the tension
+ROUND_OFF = 1e-12  # of a fitted value: no interval is narrower
+SMALL = 1e-4  # numbers below have a power of ten
 SHOWN_UNITS = {
     Dimension.ACCELERATION: ("g", STANDARD_GRAVITY),
     Dimension.TENSION: ("kN/m", 1e3),
@@ -242,5 +244,23 @@ def fitted_in_words(one: FittedInput) -> str:
     """Interval of a fitted input, or why there is none."""
     if one.interval is None:
         return f"no interval, {one.why_not}"
-    low, high = one.interval
-    return f"{low / one.variable.size:.4g} to {one.variable.in_unit(high, '.4g')} (95 %)"
+    low, high = (end / one.variable.size for end in one.interval)
+    half = 0.5 * (high - low)
+    return f"{_to_place(low, half)} to {_to_place(high, half)} {one.variable.shown}".rstrip() + " (95 %)"
+
+
+def fitted_value(one: FittedInput) -> str:
+    """A fitted value in the unit shown, to the place of its interval; to five digits where it has none."""
+    value, size = one.value / one.variable.size, one.variable.size
+    return f"{value:.5g}" if one.interval is None else _to_place(value, 0.5 * (one.interval[1] - one.interval[0]) / size)
+
+
+def _to_place(value: float, half: float) -> str:
+    """A number to the second significant digit of a half width."""
+    half = max(half, ROUND_OFF * abs(value))
+    if half == 0.0:
+        return "0"
+    place = 1 - math.floor(math.log10(half))
+    if 0.0 < abs(value) < SMALL:
+        return f"{value:.{max(place + math.floor(math.log10(abs(value))), 0)}e}"
+    return f"{round(value, place):.{max(place, 0)}f}"

@@ -7,6 +7,7 @@ shift of each test is fitted beside the inputs, so that their intervals count wh
 from __future__ import annotations
 
 import math
+from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import NamedTuple
@@ -20,7 +21,7 @@ from softbrake.signals.channel import QUANTITIES, Channel
 from softbrake.sim.result_file import as_history, history_dtype
 from softbrake.studies.batch import run_batch
 from softbrake.studies.comparison import Curve, computed_curve, found_shift, measured_curve
-from softbrake.studies.design_space import Variable
+from softbrake.studies.design_space import Variable, twice
 from softbrake.studies.estimates import TooFewSamples, known_by
 from softbrake.studies.sampling import latin_hypercube
 
@@ -36,6 +37,7 @@ AT_END = 1e-3  # of the range, within which a value counts as its end
 SAME = 0.02  # of the range, by which fits from two starts may differ
 ROUNDS = 8  # of fits, each with the noise and the end of the drop that the last one found
 SETTLED = 0.05  # of a channel's noise, that it may still change by
+LIKE = 0.7  # correlation, from which on two curves are alike
 COARSER = 2 / 3  # cells of the grid beside which the model is seen
 NEEDED = "calibrate needs scipy: pip install 'softbrake[chance]'"
 
@@ -100,6 +102,7 @@ class Calibration:
     rivals: tuple[tuple[float, ...], ...]  # values (SI) of other ends as near to the tests as noise and scatter tell
     drops: int  # computed
     faults: dict[str, int]  # of those without an answer, and how often
+    opposed: tuple[str, ...]  # channels that run against most starts and against the drop, in words
 
 
 class _Window(NamedTuple):
@@ -148,6 +151,8 @@ def calibrate(
         import scipy.optimize  # noqa: F401
     except ImportError as error:
         raise ImportError(NEEDED) from error
+    if name := twice([test.name for test in tests]):
+        raise ValueError(f"{name}: a name of two tests; names of their own are expected")
     fit = _Fit(tests, variables, cfc, shift, interval, report or (lambda _: None))
     wanted = STARTS * len(variables) if starts is None else starts
     places = [tuple(place) for place in latin_hypercube(len(variables), wanted, seed)] if wanted else []
@@ -181,15 +186,32 @@ class _Fit:
         self.tests, self.variables, self.cfc, self.shift, self.interval, self.say = tests, variables, cfc, shift, interval, say
         self.period = 1.0 / (CORNER * cfc)
         self.spacing = 0.5 * self.period
-        self.measured = [[measured_curve(channel, cfc) for channel in test.channels] for test in tests]
+        self.measured = [self.behind_class(test) for test in tests]
         self.steps = np.full(len(variables), 0.5 * REACHES[0])
         self.known: dict[Place, list[list[Curve]] | None] = {}
         self.known_coarser: dict[Place, list[list[Curve]] | None] = {}
         self.faults: dict[str, int] = {}
         self.drops = 0
         self.weight = "tests' spread"
+        self.opposed: set[str] = set()
+
+    def behind_class(self, test: DropTest) -> list[Curve]:
+        """The channels of a test behind the class."""
+        try:
+            return [measured_curve(channel, self.cfc) for channel in test.channels]
+        except ValueError as error:
+            raise ValueError(f"{test.name}: {error}") from error
 
     def run(self, places: Sequence[Place]) -> Calibration:
+        """As `find`; a refusal names the channels that run against the drop."""
+        try:
+            return self.find(places)
+        except (NotCalibrated, ValueError) as error:
+            if self.opposed:
+                raise type(error)("; ".join((str(error), *sorted(self.opposed)))) from error
+            raise
+
+    def find(self, places: Sequence[Place]) -> Calibration:
         """Look at places, refine the best, and say what the tests tell at the best end."""
         ranked, noise, sooner = self.look(places)
         windows = self.windows(ranked[0].shifts, sooner)
@@ -283,6 +305,8 @@ class _Fit:
                 self.lost(str(error))
         if not found:
             raise NotCalibrated(f"none of {len(places)} starts has an answer: {self.told_faults() or 'none lies in the ranges'}")
+        named = Counter(name for place, _ in found for name in self.opposed_to(place))
+        self.opposed = {name for name, count in named.items() if count > 0.5 * len(found)}
         sooner = [float(np.quantile([self.end_of(place, test) for place, _ in found], 0.5)) for test in range(len(self.tests))]
         ranked, noise, none = [], np.empty(0), ValueError()
         for place, shifts in found:
@@ -307,6 +331,17 @@ class _Fit:
         latest = min(drop.time[0] - test.time[0] for test, drop in zip(measured, computed, strict=True))
         shorter = min(float(np.ptp(curve.time)) for curve in (*measured, *computed))
         return found_shift(list(zip(measured, computed, strict=True)), most=latest + LATE * shorter)
+
+    def opposed_to(self, place: Place) -> set[str]:
+        """Channels that run against the drop of a place, in words."""
+        curves = self.known[place]
+        assert curves is not None
+        return {
+            f"{test.name}: '{channel.name}' runs against the drop; --invert '{channel.name}' turns it"
+            for test, measured, computed in zip(self.tests, self.measured, curves, strict=True)
+            for channel, one, other in zip(test.channels, measured, computed, strict=True)
+            if _against(one, other, self.spacing)
+        }
 
     def end_of(self, place: Place, test: int) -> float:
         """When (s) the drop of a test ends."""
@@ -560,6 +595,7 @@ class _Fit:
             rivals=() if undetermined else tuple(tuple(self.values(one.place).values()) for one in rivals),
             drops=self.drops,
             faults=self.faults,
+            opposed=tuple(sorted(self.opposed & self.opposed_to(end.place))),
         )
 
     def fitted_channels(
@@ -592,6 +628,25 @@ class _Fit:
             changes.append(f"{each.path} by {by}")
         names = " and ".join(self.variables[k].path for k in direction)
         return f"{names}: the tests tell one combination of them; {' with '.join(changes)} changes nothing that they show"
+
+
+def _against(test: Curve, drop: Curve, spacing: float) -> bool:
+    """Whether a test is most like the drop turned about, over all shifts that share half of the shorter one.
+
+    The sign at one shift does not tell: the shift that fits best lays a turned pulse beside that of the drop.
+    """
+    from scipy.signal import correlate
+
+    t, d = (np.interp(np.arange(curve.time[0], curve.time[-1], spacing), *curve) for curve in (test, drop))
+    t, d, one, other = t - t.mean(), d - d.mean(), np.ones(len(t)), np.ones(len(d))
+    shared = np.rint(correlate(one, other))
+    of_t, of_d = correlate(t, other), correlate(one, d)
+    products = np.where(shared >= 0.5 * min(len(t), len(d)), correlate(t, d) - of_t * of_d / shared, 0.0)
+    k = int(np.argmin(products))
+    if products[k] >= -products.max():
+        return False
+    squares = correlate(t**2, other) - of_t**2 / shared, correlate(one, d**2) - of_d**2 / shared
+    return bool(products[k] < -LIKE * math.sqrt(squares[0][k] * squares[1][k]))
 
 
 def _rms(values: Floats) -> float:

@@ -7,10 +7,14 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
 
-from softbrake.case.case import Case, is_quantity, key_at
+from softbrake.case.case import ALL, Case, is_quantity, key_at
 from softbrake.case.case_file import CaseFile
+from softbrake.case.checker import Checker
+from softbrake.case.keys import Key
 from softbrake.case.level import level
+from softbrake.case.overrides import Override, overridden
 from softbrake.case.units import Dimension, parse_quantity, unit_of, unit_size
+from softbrake.case.yaml_nodes import Place
 from softbrake.sim.summary import Trial
 from softbrake.studies.error_control import Refined, refine
 
@@ -59,8 +63,9 @@ class Searched(NamedTuple):
 def variable(file: CaseFile, path: str, between: str | None, option: str = "--find", ranged: str = "--range") -> Variable:
     """Return a quantity of a case file and its range.
 
-    between: LOW:HIGH or PATH=LOW:HIGH, by default a third to three times the value of the case. That of `pressure.value` is the
-    mean pressure of section 2.2, for a sine its largest one. option, ranged: that ask for it and its range, for messages.
+    between: LOW:HIGH or PATH=LOW:HIGH, by default a third to three times the value of the case, as far as its key allows. That of
+    `pressure.value` is the mean pressure of section 2.2, for a sine its largest one. option, ranged: that ask for it and its
+    range, for messages.
     Raises ValueError where it is no quantity, or has no range.
     """
     case, key = file.case, key_at(path)
@@ -69,6 +74,10 @@ def variable(file: CaseFile, path: str, between: str | None, option: str = "--fi
         raise ValueError(f"{option} {path}: not a quantity of the drop; a path such as {usual} or fabric.E is expected")
     if path.startswith("pressure.") and case.gas is not None:
         raise ValueError(f"{option} {path}: the case has gas, no pressure law; a path such as gas.pressure is expected")
+    told = Checker()
+    overridden(file.tree, Override(f"{path}={key.example}", Place((0, 0, 0), f"{option} {path}")), ALL, told.fault)
+    if faults := told.messages():  # a list without that number
+        raise ValueError(faults[0])
     shown = file.unit_of(path) or key.kind.unit
     if between is not None:
         low, high = _between(between, key.kind, ranged)
@@ -77,10 +86,19 @@ def variable(file: CaseFile, path: str, between: str | None, option: str = "--fi
         middle = case.full_stop.largest if case.filling.law == "sine" else case.full_stop.mean
         low, high = middle / REACH, middle * REACH
     elif (value := file.quantity(path)) is not None:
-        low, high = sorted((value / REACH, value * REACH))
+        low, high = _around(value, key)
     else:
         raise ValueError(f"{option} {path}: the case gives no value to start from; {ranged} {path}=LOW:HIGH is expected")
     return Variable(path, key.kind.unit, low, high, shown, unit_size(shown, key.kind), option)
+
+
+def _around(value: float, key: Key) -> tuple[float, float]:
+    """A third to three times a value, no further than a key allows; of an end that it excludes, a third of the way to it."""
+    low, high = sorted((value / REACH, value * REACH))
+    if key.above is not None and low <= key.above:
+        low = key.above + (value - key.above) / REACH
+    low = low if key.least is None else max(low, key.least)
+    return low, high if key.most is None else min(high, key.most)
 
 
 def ranges_of(paths: Sequence[str], texts: Sequence[str]) -> dict[str, str]:

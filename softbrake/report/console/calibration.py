@@ -6,7 +6,7 @@ from rich.console import Console
 
 from softbrake.case.units import unit_size
 from softbrake.report.console.tables import Column, plain, print_columns
-from softbrake.report.words import fitted_in_words
+from softbrake.report.words import fitted_in_words, fitted_value
 from softbrake.signals.channel import QUANTITIES
 from softbrake.studies.calibration import Calibration, FittedChannel
 
@@ -30,7 +30,7 @@ def print_calibration(found: Calibration, console: Console | None = None) -> Non
     for each in found.inputs:
         variable = each.variable
         grid = "–" if each.grid is None else f"± {each.grid / variable.size:.2g}"
-        rows.append([variable.path, f"{each.value / variable.size:.5g}", variable.shown, fitted_in_words(each), grid])
+        rows.append([variable.path, fitted_value(each), variable.shown, fitted_in_words(each), grid])
     print_columns(console, INPUTS, rows)
     known = [k for k, each in enumerate(found.inputs) if each.interval is not None]
     if len(known) > 1:
@@ -40,7 +40,7 @@ def print_calibration(found: Calibration, console: Console | None = None) -> Non
         print_columns(console, [Column(right=False), *(Column(path.replace(".", ".\n")) for path in paths)], lines)
     console.print("\nTests less drop, root mean squares", style="bold")
     print_columns(console, CHANNELS, [_channel(each) for each in found.channels])
-    shifts = zip(dict.fromkeys(each.test for each in found.channels), found.shifts, strict=False)
+    shifts = zip(dict.fromkeys(each.test for each in found.channels), found.shifts, strict=True)
     console.print()
     for test, shift in shifts:
         console.print(f"Times of {test} are shifted by {shift * 1e3:.4g} ms.", soft_wrap=True)
