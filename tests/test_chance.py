@@ -22,12 +22,12 @@ from softbrake.cli.app import app
 from softbrake.report.console.chance import print_chance
 from softbrake.report.html.sweep import sweep_page
 from softbrake.report.plots.chance import draw_chance, sampled
-from softbrake.report.results_csv import chance_in, rows, write_results
+from softbrake.report.results_csv import chance_in, relied, rows, write_results
 from softbrake.sim.summary import Summary
 from softbrake.studies import batch, sweep
 from softbrake.studies.axes import Designs, designs_of, growing, key_of
 from softbrake.studies.batch import Dropped, run_one
-from softbrake.studies.chance import ALL, HELD, Chance, controlled, sobol_indices, wilson
+from softbrake.studies.chance import ALL, HELD, Chance, chance_of, controlled, sobol_indices, wilson
 from softbrake.studies.distributions import LEAST, distribution_of
 from softbrake.studies.sampling import NESTED, Sampling
 from softbrake.studies.sweep import Shard, SweepError, merge_folders, read_journals, run_sweep
@@ -143,7 +143,8 @@ def test_a_deviation_in_degrees_is_a_difference() -> None:
         (["cargo.mass=normal(5 kg)"], {}, "has 1 numbers; normal(MEAN, DEVIATION) is expected"),
         (["cargo.mass=normal(5 kg, 2 m)"], {}, "'m' is a length; normal(MEAN, DEVIATION) with units is expected"),
         (["cargo.mass=normal(5 kg, 0 kg)"], {}, "a deviation of 0 kg; > 0 is expected"),
-        (["cargo.mass=lognormal(0, 1 kg)"], {}, "a mean of 0; > 0 is expected"),
+        (["cargo.mass=lognormal(0 kg, 1 kg)"], {}, "a mean of 0 kg; > 0 is expected"),
+        (["cargo.velocity=uniform(8, 36 km/h)"], {}, "has units on some of its numbers; on all or none is expected"),
         (["cargo.mass=uniform(3 kg, 2 kg)"], {}, "does not rise; uniform(LOW, HIGH) is expected"),
         (["cargo.mass=triangular(1, 4, 3)"], {}, "does not rise; triangular(LOW, MODE, HIGH)"),
         (["grid.hoop=normal(120, 3)"], {}, "a distribution of what is no quantity"),
@@ -160,6 +161,8 @@ def test_a_deviation_in_degrees_is_a_difference() -> None:
         (["cargo.mass=1,2"], {"mode": "grid", "samples": None, "until": "0.01"}, "sweep.until: given in mode grid"),
         (["cargo.mass=1:2"], {"control": "lumped"}, "of control and control_samples one is missing"),
         (["cargo.mass=1:2"], {"control": "lumped", "control_samples": 9}, "lumped is no cheaper than lumped"),
+        (["cargo.mass=1:2"], {"control": "lumped", "control_samples": 9, "until": "0.1"}, "sweep.until: given with a control"),
+        (["cargo.mass=1:2"], {"samples": 2, "control": "lumped", "control_samples": 9}, "2 with a control; 8 or more are expected"),
         (["cargo.mass=1:2"], {"mode": "sobol", "control": "lumped", "control_samples": 9}, "mode: random is expected"),
         (["table=none.csv"], {}, "none.csv: No such file or directory; a table of samples is expected"),
     ],
@@ -575,3 +578,41 @@ def test_a_varied_case_is_the_case_loaded_anew(piston: CaseFile) -> None:
             load_case(PISTON, [override])
         assert varied.value.faults == anew.value.faults
     assert batch.run_one(piston.case).fault is None
+
+
+def test_runs_that_cannot_be_relied_on_are_no_answers() -> None:
+    """Of a row: doubt, a fall that time.end cut off; 0 without impact or rebound, no bound without tension."""
+    sound = {"outcome": "impact", "fault": "", "doubt": "", "rest_time": "", "end_time": "0.2", "peak_tension_hoop": "5.0"}
+    sound |= {"impact_velocity": "1.5", "peak_deceleration": "70.0", "rebound_velocity": "", "fabric_margin": ""}
+    table = [
+        sound,
+        sound | {"doubt": "fabric made 2 %"},
+        sound | {"outcome": "time_limit", "impact_velocity": ""},
+        sound | {"outcome": "time_limit", "rest_time": "0.1", "impact_velocity": ""},
+        sound | {"outcome": "diverged"},
+        sound | {"fault": "not run"},
+    ]
+    nan = math.nan
+    np.testing.assert_array_equal(relied(table, "impact_velocity"), [1.5, nan, nan, 0.0, nan, nan])
+    np.testing.assert_array_equal(relied(table, "peak_deceleration"), [70.0, nan, nan, 70.0, nan, nan])
+    np.testing.assert_array_equal(relied(table, "rebound_velocity"), [0.0, nan, nan, nan, nan, nan])
+    np.testing.assert_array_equal(relied(table, "fabric_margin"), [math.inf, nan, nan, math.inf, nan, nan])
+
+
+def test_a_lost_run_takes_its_twin_along_and_no_more() -> None:
+    """A controlled mean over the pairs that are there, and how many runs are not."""
+    random = np.random.default_rng(2)
+    x = random.normal(size=100)
+    answers = np.concatenate((x[:40] + 5.0, x))  # dear runs, then cheap ones at the same and at more samples
+    whole = chance_of(Sampling("random", 40, 0, ("a",), "lumped", 60), {"impact_velocity": answers}, {})
+    answers[3] = answers[47] = answers[90] = math.nan
+    found = chance_of(Sampling("random", 40, 0, ("a",), "lumped", 60), {"impact_velocity": answers}, {})
+    kept = np.delete(np.arange(40), [3, 7])
+    expected = controlled(x[kept] + 5.0, x[kept], np.delete(x[40:], 10))
+    assert found.controlled["impact_velocity"] == expected and found.uncontrolled == 3
+    assert whole.uncontrolled == 0
+
+
+def test_a_control_that_does_not_vary_corrects_nothing() -> None:
+    dear = np.random.default_rng(1).normal(size=50)
+    assert controlled(dear, np.full(50, 0.1), np.full(80, 0.1)).coefficient == 0.0

@@ -15,7 +15,7 @@ from softbrake.case.sections.limits import LIMITS, limits_of
 from softbrake.core.arrays import Floats
 from softbrake.report.words import stops
 from softbrake.sim.files import draft_of
-from softbrake.sim.limits import judge, no_answer
+from softbrake.sim.limits import judge, meaning_of_none, no_answer, unreliable
 from softbrake.sim.summary import Summary
 from softbrake.studies.chance import Chance, chance_of
 from softbrake.studies.sampling import Sampling
@@ -29,6 +29,7 @@ LEFT_OUT = ("title", "results", "results_fault", "trials", "sensitivity", "filte
 MISSING = "not run, or lost with its worker"
 MARGIN = "limit_margin_"  # in front of the name of an answer
 SPREAD = ("impact_velocity", "peak_deceleration", "peak_tension_hoop")  # answers of which a sample gives the distribution
+_JUDGED = ("rest_time", "end_time", "doubt", "peak_tension_hoop")  # fields that say whether a run has an answer
 Row = dict[str, Any]
 
 ANSWER_UNITS = {answer.name: answer.metadata["unit"] for answer in fields(Summary)}
@@ -100,11 +101,29 @@ def numbers(table: Sequence[Mapping[str, Any]], name: str, scale: float = 1.0) -
     return scale * np.array([number(row) for row in table])
 
 
+def relied(table: Sequence[Mapping[str, Any]], name: str) -> Floats:
+    """As `numbers`, of runs whose answer can be relied on, by the rules by which limits are judged; infinite without tension."""
+
+    def number(row: Mapping[str, Any]) -> float:
+        values = {key: None if row.get(key) == "" else row.get(key) for key in (name, *_JUDGED)}
+        stood = row["outcome"] in ("stopped", "rebound") or values["rest_time"] is not None
+        answer = name.partition("_cfc")[0]
+        if row["fault"] or values["end_time"] is None:
+            return math.nan
+        if unreliable(answer, row["outcome"], stood, values["doubt"], float(values["end_time"])) is not None:
+            return math.nan
+        found = values[name]
+        value = meaning_of_none(name, values["peak_tension_hoop"]) if found is None else float(found)
+        return math.nan if value is None else value
+
+    return np.array([number(row) for row in table])
+
+
 def chance_in(sampling: Sampling, case: Mapping[str, Any], table: Sequence[Mapping[str, Any]]) -> Chance:
     """What the rows of a sampled sweep say; case: as its plan keeps it."""
     limits = limits_of(case.get(LIMITS.name, {}))
     names = dict.fromkeys((*SPREAD, *(limit.column for limit in limits)))
-    answers = {name: numbers(table, name) for name in names}
+    answers = {name: relied(table, name) for name in names}
     margins = {limit.column: numbers(table, MARGIN + limit.column) for limit in limits}
     return chance_of(sampling, answers, margins)
 

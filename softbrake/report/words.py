@@ -165,7 +165,8 @@ def chance_tables(chance: Chance, case: Mapping[str, Any]) -> list[tuple[str, li
         values = [f"{value / size:.4g}" for value in (spread.mean, spread.deviation, *spread.quantiles)]
         rows.append([f"{answer_in_words(name)}, {unit}".removesuffix(", "), *values])
     missing = f"; {chance.lost} without are left out" if chance.lost else ""
-    tables.append((f"Answers of {chance.runs} runs{missing}", ["answer", "mean", "deviation", *names], rows))
+    if rows:
+        tables.append((f"Answers of {chance.runs} runs{missing}", ["answer", "mean", "deviation", *names], rows))
     for name, indices in chance.indices.items():
         rows = [
             [each.input, *(f"{part:.3f}" for found in (each.first, each.total) for part in (found.value, found.low, found.high))]
@@ -184,6 +185,8 @@ def chance_tables(chance: Chance, case: Mapping[str, Any]) -> list[tuple[str, li
             text = texts[limit] if limit != name else answer_in_words(name)
             rows.append([f"{text}, {unit}".removesuffix(", "), *shown, f"{each.coefficient:.3g}", f"{each.saved:.0%}"])
         title = f"Means of {sampling.samples} runs, with {sampling.control_samples} more {sampling.control} ones as control"
+        if chance.uncontrolled:
+            title += f"; {chance.uncontrolled} runs without an answer are left out with their twins"
         tables.append((title, ["mean", "controlled", "±", "plain", "±", "coefficient", "variance saved"], rows))
     return tables
 

@@ -54,24 +54,35 @@ def no_answer(limits: Iterable[Limit], fault: str) -> list[Verdict]:
     return [Verdict(limit, None, fault) for limit in limits]
 
 
+def unreliable(name: str, outcome: str, stood: bool, doubt: str | None, end: float) -> str | None:
+    """Say why an answer of a run cannot be relied on; None where it can. stood: whether the cargo stood still by the end (s)."""
+    if outcome in ("diverged", "interrupted"):
+        return f"the run is {outcome}" if outcome == "interrupted" else "the run has diverged"
+    if outcome == "time_limit" and (not stood or name == "rebound_velocity"):
+        wanted = "rebound" if name == "rebound_velocity" else "stop"
+        return f"neither impact nor {wanted} by {end:g} s"
+    return doubt
+
+
+def meaning_of_none(name: str, hoop: float | None) -> float | None:
+    """The answer of a run that has none of a name, SI: 0 of one that stops above the ground or does not rebound; no tension
+    has any margin. hoop: N/m, its peak hoop tension, None where it has no shell."""
+    if name in ("impact_velocity", "rebound_velocity"):
+        return 0.0
+    return math.inf if name.endswith("_margin") and hoop is not None else None
+
+
 def _answer(limit: Limit, fields: Mapping[str, Any]) -> tuple[float | None, str | None]:
     """What a limit bounds, SI, or why there is nothing."""
     outcome, name = fields["outcome"], limit.name
-    still = outcome in ("stopped", "rebound") or fields["rest_time"] is not None
-    if outcome in ("diverged", "interrupted"):
-        return None, f"the run is {outcome}" if outcome == "interrupted" else "the run has diverged"
-    if outcome == "time_limit" and (not still or name == "rebound_velocity"):
-        wanted = "rebound" if name == "rebound_velocity" else "stop"
-        return None, f"neither impact nor {wanted} by {fields['end_time']:g} s"
-    if fields["doubt"] is not None:
-        return None, fields["doubt"]
+    stood = outcome in ("stopped", "rebound") or fields["rest_time"] is not None
+    if (why := unreliable(name, outcome, stood, fields["doubt"], fields["end_time"])) is not None:
+        return None, why
     value: float | str | None = fields["limit_peaks"].get(limit.column) if limit.cfc is not None else fields[name]
     if isinstance(value, str):
         return None, value
-    if value is None and name in ("impact_velocity", "rebound_velocity"):
-        value = 0.0  # stops above the ground; no rebound
-    if value is None and name.endswith("_margin") and fields["peak_tension_hoop"] is not None:
-        value = math.inf  # no tension arises
+    if value is None:
+        value = meaning_of_none(name, fields["peak_tension_hoop"])
     return value, f"the run has no {name.replace('_', ' ')}" if value is None else None
 
 

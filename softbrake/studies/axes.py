@@ -26,6 +26,7 @@ from softbrake.studies.sampling import NESTED, SAMPLED, Sampling
 MOST_RUNS = 1_000_000
 FIRST_SAMPLES = 64  # of a sweep that goes on until it knows enough
 FAULTS_SHOWN = 20
+LEAST_CONTROLLED = 8  # samples, of which each coefficient is that of all but one
 _RANGE_END = re.compile(r"\s*([-+]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][-+]?[0-9]+)?)\s*(.*?)\s*")
 _PLAIN = re.compile(r"-?[0-9.]+(e[-+]?[0-9]+)?")
 _NUMBER = re.compile(r"[0-9]+(e\+?[0-9]+)?")
@@ -129,7 +130,7 @@ def designs_of(file: CaseFile, vary: Sequence[str] = (), settings: Mapping[str, 
             check.fault(values.place, path_varied, "no input of the drop", "limits are held against the answers of one sweep")
     combinations, sampling = ([], None) if check.faults else _combine(list(axes.values()), section, place, check)
     if sampling is not None and sampling.control:
-        _check_control(file.case, sampling.control, axes, place, check)
+        _check_control(file, sampling.control, axes, place, check)
     if check.faults:
         raise CaseError(check.messages())
     if not axes:
@@ -261,6 +262,13 @@ def _add_table(axes: dict[str, _Values], file: Path, place: Place, where: str, c
         check.fault(place, where, *str(error).rsplit("; ", 1))
         return
     for path, texts in columns.items():
+        key = key_of(path)
+        for row, text in enumerate(texts if key is not None else (), 2):
+            try:
+                key.convert(text)  # type: ignore[union-attr]
+            except ValueError as error:
+                check.fault(place, path, f"{file.name}, row {row}: {error}", f"{key.expected} is expected")  # type: ignore[union-attr]
+                break
         if path in axes:
             check.fault(place, path, f"given besides {file.name}", "all its values in one place are expected")
         axes[path] = _Values(path, place, texts, joint=file.name)
@@ -353,6 +361,10 @@ def _sampled(axes: Sequence[_Values], section: Mapping[str, Any], place: Place, 
             )
     if "until" in section and mode not in NESTED:
         check.fault(place, "sweep.until", f"given in mode {mode}", f"mode: {' or '.join(NESTED)} is expected, where samples grow")
+    if "until" in section and control:
+        check.fault(place, "sweep.until", "given with a control", "one of both is expected")
+    if control and samples < LEAST_CONTROLLED:
+        check.fault(place, "sweep.samples", f"{samples} with a control", f"{LEAST_CONTROLLED} or more are expected")
     if control and mode != "random":
         check.fault(place, "sweep.control", f"given in mode {mode}", "mode: random is expected, whose samples are independent")
     if bool(control) != ("control_samples" in section):
@@ -373,13 +385,20 @@ def _sampled(axes: Sequence[_Values], section: Mapping[str, Any], place: Place, 
     return [tuple(axis.at(point[k]) for axis, k in zip(axes, index, strict=True)) for point in points], sampling
 
 
-def _check_control(case: Case, control: str, axes: Mapping[str, _Values], place: Place, check: Checker) -> None:
-    """Tell where a fidelity cannot stand beside that of a case."""
+def _check_control(file: CaseFile, control: str, axes: Mapping[str, _Values], place: Place, check: Checker) -> None:
+    """Tell where a fidelity cannot stand beside that of a case, or the case not be at that level."""
+    case = file.case
     own, order = case.model.fidelity, ("lumped", "axisymmetric", "full")
     if case.tolerance is not None:
         check.fault(place, "sweep.control", "the case chooses its model", "model.fidelity: axisymmetric or full is expected")
     elif own not in order[order.index(control) + 1 :]:
         check.fault(place, "sweep.control", f"{control} is no cheaper than {own}", "a level below that of the case is expected")
+    if not check.faults:
+        bare = file.set(["limits={}"]) if case.limits else file  # which a lumped case need not have answers to
+        try:
+            bare.set([f"{FIDELITY}={control}"])
+        except CaseError as error:
+            check.fault(place, "sweep.control", f"not {control}: {error.faults[0]}", "another level is expected")
     if FIDELITY in axes:
         check.fault(axes[FIDELITY].place, FIDELITY, "varied besides control", "one of both is expected")
 

@@ -19,6 +19,7 @@ from softbrake.studies.sampling import Sampling
 CONFIDENCE = 0.95  # of all intervals
 QUANTILES = (0.01, 0.05, 0.25, 0.5, 0.75, 0.95, 0.99)
 RESAMPLES = 500  # of a bootstrap
+ROUNDING = 1e-20  # of a square, relative
 HELD = "chance of "  # in front of a limit, of a controlled mean that is one
 ALL = "all limits"
 SIGMAS = NormalDist().inv_cdf(0.5 + 0.5 * CONFIDENCE)
@@ -78,6 +79,7 @@ class Chance:
     indices: Mapping[str, Sequence[Index]] = field(default_factory=dict)  # by answer
     left_out: int = 0  # samples of mode saltelli that indices do without, as a run of theirs has no answer
     controlled: Mapping[str, Controlled] = field(default_factory=dict)  # by answer, and of chances by limit
+    uncontrolled: int = 0  # most runs that one of these does without, as they have no such answer
 
 
 def chance_of(sampling: Sampling, answers: Mapping[str, Floats], margins: Mapping[str, Floats]) -> Chance:
@@ -98,13 +100,28 @@ def chance_of(sampling: Sampling, answers: Mapping[str, Floats], margins: Mappin
         indices = {name: sobol_indices(block[:, sound], sampling.inputs) for name, block in blocks.items()}
         return Chance(sampling, own, found.lost, holds, spreads, indices, int((~sound).sum()))
     if sampling.control:
-        numbers = {name: column for name, column in answers.items() if np.isfinite(column).all()}
+        numbers = {name: column for name, column in answers.items() if not _without(column, own)}
         for name, held in kept.items():  # one that never changes says nothing of its variance
             if not _uncontrolled(name, margins, own) and 0 < held[:own].sum() < own:
                 numbers[f"{HELD}{name}"] = held.astype(float)
-        parts = {name: np.split(column, [own, 2 * own]) for name, column in numbers.items()}
-        return Chance(sampling, own, found.lost, holds, spreads, controlled={name: controlled(*p) for name, p in parts.items()})
+        parts = {name: _sound(column, own) for name, column in numbers.items()}
+        lost_ones = max((int((~np.isfinite(column)).sum()) for column in numbers.values()), default=0)
+        means = {name: controlled(*three) for name, three in parts.items()}
+        return Chance(sampling, own, found.lost, holds, spreads, controlled=means, uncontrolled=lost_ones)
     return found
+
+
+def _sound(column: Floats, own: int) -> list[Floats]:
+    """Dear answers and their cheap twins, of samples where both are finite, and the finite of the others."""
+    dear, beside, more = np.split(column, [own, 2 * own])
+    both = np.isfinite(dear) & np.isfinite(beside)
+    return [dear[both], beside[both], more[np.isfinite(more)]]
+
+
+def _without(column: Floats, own: int) -> bool:
+    """Whether too few samples have an answer to correct their mean: the control may have none at all."""
+    dear, _, more = _sound(column, own)
+    return len(dear) < 3 or not len(more)
 
 
 def _uncontrolled(name: str, margins: Mapping[str, Floats], own: int) -> bool:
@@ -170,11 +187,12 @@ def controlled(dear: Floats, beside: Floats, more: Floats) -> Controlled:
     n, m = len(dear), len(more)
     x, y = beside - beside.mean(), dear - dear.mean()
     inverse = n / (n - 1.0)  # sums over all samples but one, about their own means
+    still = ROUNDING * n * beside.mean() ** 2  # below which a control does not vary
     xx, xy = (x * x).sum() - inverse * x * x, (x * y).sum() - inverse * x * y
     fewer = 1.0 + (n - 1.0) / m
-    coefficients = np.where(xx > 0.0, xy / np.where(xx > 0.0, xx, 1.0), 0.0) / fewer
+    coefficients = np.where(xx > still, xy / np.where(xx > still, xx, 1.0), 0.0) / fewer
     mean = float((dear - coefficients * (beside - more.mean())).mean())
-    coefficient = float((x * y).sum() / (x * x).sum()) / (1.0 + n / m) if (x * x).any() else 0.0
+    coefficient = float((x * y).sum() / (x * x).sum()) / (1.0 + n / m) if (x * x).sum() > still else 0.0
     plain = dear.var(ddof=1) / n
     rest = (y - coefficient * x).var(ddof=1) / n + coefficient**2 * more.var(ddof=1) / m
     return Controlled(_by_variance(mean, rest), _by_variance(float(dear.mean()), plain), coefficient, _saved(rest, plain))

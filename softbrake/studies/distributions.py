@@ -74,6 +74,8 @@ def distribution_of(text: str, key: Key | None) -> tuple[Distribution, str] | No
         numbers += [_difference(part, key.kind) for part in parts[len(places) :]]
     except ValueError as error:
         raise ValueError(f"{error}; {expected} with units is expected") from None
+    if len({not unit_of(part) for part in parts}) > 1:
+        raise ValueError(f"'{text}' has units on some of its numbers; on all or none is expected")
     if form in ("uniform", "triangular"):
         if numbers != sorted(numbers) or numbers[0] == numbers[-1]:
             raise ValueError(f"'{text}' does not rise; {expected} is expected")

@@ -350,7 +350,7 @@ def _add(known: dict[str, Record], record: Record) -> None:
 def passing(plan: Plan, records: Mapping[str, Record]) -> Estimate:
     """Chance that a run of a plan keeps all limits of its case; one without an answer does not."""
     limits = limits_of(plan.case[LIMITS.name])
-    found = (records[run.id] for run in plan.runs)
+    found = (records[run.id] for run in plan.runs if run.id in records)  # one may be lost with its worker
     held = sum(not one["fault"] and all(each.holds for each in judge(limits, one["summary"])) for one in found)
     return wilson(held, len(plan.runs))
 

@@ -11,9 +11,9 @@ import numpy as np
 
 from softbrake.case.sections.limits import LIMITS, Limit, limits_of
 from softbrake.core.arrays import Floats
-from softbrake.report.plots.style import BLUE, GREY, INK, LINE, ORANGE, RED, STYLE, load_matplotlib, save
+from softbrake.report.plots.style import BLUE, GREY, INK, LINE, ORANGE, RED, STYLE, PlotError, load_matplotlib, save
 from softbrake.report.plots.sweep import Scale
-from softbrake.report.results_csv import numbers
+from softbrake.report.results_csv import relied
 from softbrake.report.words import answer_in_words, shown_unit
 from softbrake.studies.axes import FIDELITY, Axis
 from softbrake.studies.chance import Chance, Index
@@ -54,7 +54,7 @@ def sampled(chance: Chance, axes: Sequence[Axis], case: Mapping[str, Any], table
     for name in chance.spreads:
         limit = limits.get(name)
         unit, size = shown_unit(name)
-        values = numbers(own, name) / size
+        values = relied(own, name) / size
         sound = np.isfinite(values)
         moved = sorted(scales, key=lambda scale: -abs(_correlation(scale.at[sound], values[sound])))
         bound = np.nan if limit is None else limit.value / size
@@ -119,6 +119,8 @@ def draw_chance(
 ) -> None:
     """Draw a row for each answer: distribution, indices where there are, scatter over what matters. Raises PlotError."""
     mpl, rows = load_matplotlib(), sampled(chance, axes, case, table)
+    if not rows:
+        raise PlotError("no run has an answer to draw")
     wide = 3 if chance.indices else 2
     with mpl.rc_context(STYLE):
         figure = mpl.figure.Figure(figsize=(4.2 * wide, 2.9 * len(rows) + 0.5), layout="constrained")
