@@ -455,6 +455,7 @@ def test_printed_scheme_agrees_with_the_edge_scheme_while_it_lasts() -> None:
 # 1e-15, so other orders of rounding stay far below 1e-9; any change of the equations does not.
 AT_20_MS = {
     "airdrop": 7.849371176385453,
+    "airdrop-chance": 8.384103301133282,
     "airdrop-vented": 8.383806505715286,
     "belts-list": 5.665624115803854,
     "free-fall": 6.19613300000004,
