@@ -162,7 +162,11 @@ def test_a_deviation_in_degrees_is_a_difference() -> None:
         (["cargo.mass=1:2"], {"control": "lumped"}, "of control and control_samples one is missing"),
         (["cargo.mass=1:2"], {"control": "lumped", "control_samples": 9}, "lumped is no cheaper than lumped"),
         (["cargo.mass=1:2"], {"control": "lumped", "control_samples": 9, "until": "0.1"}, "sweep.until: given with a control"),
-        (["cargo.mass=1:2"], {"samples": 2, "control": "lumped", "control_samples": 9}, "2 with a control; 8 or more are expected"),
+        (
+            ["cargo.mass=1:2"],
+            {"samples": 2, "control": "lumped", "control_samples": 9},
+            "2 with a control; 8 or more are expected",
+        ),
         (["cargo.mass=1:2"], {"mode": "sobol", "control": "lumped", "control_samples": 9}, "mode: random is expected"),
         (["table=none.csv"], {}, "none.csv: No such file or directory; a table of samples is expected"),
     ],
