@@ -88,16 +88,16 @@ def logged(corner: float) -> Noise:
 
 @pytest.mark.slow
 def test_intervals_hold_the_truth_as_often_as_they_say(lumped: CaseFile) -> None:
-    """95 %, of 200 seeds, half of them behind a logger: outside of 90 to 98 % by chance once in fifty."""
+    """95 %, of 100 seeds, half of them behind a logger: outside of 88 to 99 of them by chance once in fifty."""
     drop = measured(lumped.vary(TRUTH), shift=0.013)
     held = np.zeros(len(TRUTH))
-    for seed in range(200):
+    for seed in range(100):
         found = fitted(lumped, with_noise(drop, [(white, logged(300.0))[seed % 2](seed)]), starts=0)
         assert not found.undetermined
         for k, (each, true) in enumerate(zip(found.inputs, TRUTH.values(), strict=True)):
             assert each.interval is not None
             held[k] += each.interval[0] <= true <= each.interval[1]
-    assert np.all((held >= 180) & (held <= 196)), held
+    assert np.all((held >= 88) & (held <= 99)), held
 
 
 def test_intervals_widen_with_the_noise_and_with_its_length(lumped: CaseFile) -> None:
