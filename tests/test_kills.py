@@ -24,7 +24,7 @@ from softbrake.cli.app import app
 from softbrake.sim import result_file as results
 from softbrake.studies.sweep import read_journals
 
-POINTS = 25  # of each signal
+POINTS = 16  # of each signal
 SMALL = ("--set", "grid={generatrix: 8, hoop: 16}", "--set", "belts=[]", "--set", "time.courant=0.9", "-q")
 MASSES = ("--vary", "cargo.mass=90,91,92,93,94,95")
 BLOWS = (signal.SIGKILL, signal.SIGTERM)
