@@ -164,7 +164,15 @@ def _shape(case: Case) -> Shape:
         h1[-1] = h1[-2]
     side = 2.0 * sin(pi / hoop)
     h2 = side * radius
-    return Shape(h1, h2, radius, side=float(h2[0] / radius[0]), least_1=float(h1.min()), least_2=float(h2.min()), widest=float(radius.max()))
+    return Shape(
+        h1,
+        h2,
+        radius,
+        side=float(h2[0] / radius[0]),
+        least_1=float(h1.min()),
+        least_2=float(h2.min()),
+        widest=float(radius.max()),
+    )
 
 
 def _belts(case: Case, shape: Shape) -> tuple[Belts, Floats]:
