@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from itertools import pairwise
 from typing import NamedTuple
 
@@ -125,18 +125,18 @@ class Generatrix(NamedTuple):
     @property
     def widest(self) -> float:
         """Largest radius, m."""
-        return max(self._radii())
+        bulges = (piece for piece in self.pieces if isinstance(piece, Arc) and piece.first < 0.0 < piece.last)
+        return max(*self.ends, *(arc.centre[1] + arc.radius for arc in bulges))
+
+    @property
+    def ends(self) -> list[float]:
+        """Radius at the start of each piece, and at the end of the last, m."""
+        return [*(piece.at(0.0)[1] for piece in self.pieces), self.pieces[-1].at(self.pieces[-1].length)[1]]
 
     @property
     def narrowest(self) -> float:
         """Least radius, m: at the end of a piece, as arcs bulge outwards."""
-        return min(piece.at(end)[1] for piece in self.pieces for end in (0.0, piece.length))
-
-    def _radii(self) -> Iterator[float]:
-        for piece in self.pieces:
-            yield from (piece.at(end)[1] for end in (0.0, piece.length))
-            if isinstance(piece, Arc) and piece.first < 0.0 < piece.last:
-                yield piece.centre[1] + piece.radius
+        return min(self.ends)
 
     def at(self, along: float) -> Place:
         """The place so far (m) from the lower cover."""
@@ -154,10 +154,6 @@ class Generatrix(NamedTuple):
                 return before + found
             before += piece.length
         return before
-
-    def rows(self, cells: int) -> list[Place]:
-        """Places of the rows of nodes, evenly along it, (cells+1,)."""
-        return [self.at(self.length * row / cells) for row in range(cells + 1)]
 
 
 def straight(height: float, lower: float, upper: float) -> Generatrix:

@@ -106,11 +106,11 @@ def relied(table: Sequence[Mapping[str, Any]], name: str) -> Floats:
 
     def number(row: Mapping[str, Any]) -> float:
         values = {key: None if row.get(key) == "" else row.get(key) for key in (name, *_JUDGED)}
-        stood = row["outcome"] in ("stopped", "rebound") or values["rest_time"] is not None
+        rested = values["rest_time"] is not None
         answer = name.partition("_cfc")[0]
         if row["fault"] or values["end_time"] is None:
             return math.nan
-        if unreliable(answer, row["outcome"], stood, values["doubt"], float(values["end_time"])) is not None:
+        if unreliable(answer, row["outcome"], rested, values["doubt"], float(values["end_time"])) is not None:
             return math.nan
         found = values[name]
         value = meaning_of_none(name, values["peak_tension_hoop"]) if found is None else float(found)

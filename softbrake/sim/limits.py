@@ -54,8 +54,9 @@ def no_answer(limits: Iterable[Limit], fault: str) -> list[Verdict]:
     return [Verdict(limit, None, fault) for limit in limits]
 
 
-def unreliable(name: str, outcome: str, stood: bool, doubt: str | None, end: float) -> str | None:
-    """Say why an answer of a run cannot be relied on; None where it can. stood: whether the cargo stood still by the end (s)."""
+def unreliable(name: str, outcome: str, rested: bool, doubt: str | None, end: float) -> str | None:
+    """Say why an answer of a run cannot be relied on; None where it can. rested: whether it has a rest time; end: s."""
+    stood = outcome in ("stopped", "rebound") or rested
     if outcome in ("diverged", "interrupted"):
         return f"the run is {outcome}" if outcome == "interrupted" else "the run has diverged"
     if outcome == "time_limit" and (not stood or name == "rebound_velocity"):
@@ -75,8 +76,7 @@ def meaning_of_none(name: str, hoop: float | None) -> float | None:
 def _answer(limit: Limit, fields: Mapping[str, Any]) -> tuple[float | None, str | None]:
     """What a limit bounds, SI, or why there is nothing."""
     outcome, name = fields["outcome"], limit.name
-    stood = outcome in ("stopped", "rebound") or fields["rest_time"] is not None
-    if (why := unreliable(name, outcome, stood, fields["doubt"], fields["end_time"])) is not None:
+    if (why := unreliable(name, outcome, fields["rest_time"] is not None, fields["doubt"], fields["end_time"])) is not None:
         return None, why
     value: float | str | None = fields["limit_peaks"].get(limit.column) if limit.cfc is not None else fields[name]
     if isinstance(value, str):

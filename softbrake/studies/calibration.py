@@ -18,6 +18,7 @@ from softbrake.case.case import Case
 from softbrake.case.case_file import CaseError
 from softbrake.core.arrays import Floats
 from softbrake.signals.channel import QUANTITIES, Channel
+from softbrake.sim.filters import BOTH
 from softbrake.sim.result_file import as_history, history_dtype
 from softbrake.studies.batch import run_batch
 from softbrake.studies.comparison import Curve, computed_curve, found_shift, measured_curve
@@ -25,7 +26,6 @@ from softbrake.studies.design_space import Variable, twice
 from softbrake.studies.estimates import TooFewSamples, known_by
 from softbrake.studies.sampling import latin_hypercube
 
-CORNER = 5 / 3  # Hz per class, where its gain is 0.707
 STARTS = 16  # places looked at for each input
 REFINED = 3, 8  # of them, the best: at least, and at most until two end at the same values
 STEPS = (0.1, 0.2, 0.3, 0.5, 0.7, 1.0)  # to both sides, of a reach, over which slopes are taken
@@ -184,7 +184,7 @@ class _Fit:
         say: Callable[[str], None],
     ) -> None:
         self.tests, self.variables, self.cfc, self.shift, self.interval, self.say = tests, variables, cfc, shift, interval, say
-        self.period = 1.0 / (CORNER * cfc)
+        self.period = 1.0 / (BOTH * cfc)
         self.spacing = 0.5 * self.period
         self.measured = [self.behind_class(test) for test in tests]
         self.steps = np.full(len(variables), 0.5 * REACHES[0])

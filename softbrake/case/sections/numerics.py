@@ -70,9 +70,7 @@ class _GridSection(Section):
         edge = shell.diameter * math.sin(math.pi / hoop)
         narrow = shell.generatrix.narrowest
         if narrow < edge:
-            pieces = shell.generatrix.pieces
-            ends = [*(piece.at(0.0)[1] for piece in pieces), pieces[-1].at(pieces[-1].length)[1]]
-            row = ends.index(min(ends))
+            row = shell.generatrix.ends.index(narrow)
             name = "diameters" if shell.diameters else "upper_diameter" if row else "lower_diameter"
             place, _ = draft.last_given(f"shell.{name}", "grid.hoop")
             where = f"shell.{name}" + (f".{row}" if shell.diameters else "")
